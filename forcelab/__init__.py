@@ -84,83 +84,63 @@ if TYPE_CHECKING:
     from forcelab.terms import glossary as glossary
     from forcelab.vocabulary import Vocabulary as Vocabulary
 
-#: Where each public name lives: the module, and what it is called there.
-_HOMES = {
-    "Channel": ("demonstration", "Channel"),
-    "DOG": ("signals.wavelets", "DOG"),
-    "DataSelection": ("recognition.dataset", "DataSelection"),
-    "Demonstration": ("demonstration", "Demonstration"),
-    "Evaluation": ("recognition.results", "Evaluation"),
-    "Examples": ("recognition.examples", "Examples"),
-    "ForceActionClassifier": ("recognition.estimators", "ForceActionClassifier"),
-    "ForceFeatures": ("recognition.estimators", "ForceFeatures"),
-    "ForcelabError": ("errors", "ForcelabError"),
-    "Haar": ("signals.wavelets", "Haar"),
-    "InputError": ("errors", "InputError"),
-    "LabelOptions": ("formats.label_files", "LabelOptions"),
-    "LabelledDemonstration": ("recognition.examples", "LabelledDemonstration"),
-    "MergeMap": ("label_map", "MergeMap"),
-    "Morlet": ("signals.wavelets", "Morlet"),
-    "Project": ("project", "Project"),
-    "ReadOptions": ("formats.recording", "ReadOptions"),
-    "RealMorlet": ("signals.wavelets", "RealMorlet"),
-    "Recogniser": ("recognition.recogniser", "Recogniser"),
-    "RunResult": ("review.run_result", "RunResult"),
-    "Scores": ("recognition.metrics", "Scores"),
-    "Segment": ("labels", "Segment"),
-    "Settings": ("recognition.settings", "Settings"),
-    "Track": ("labels", "Track"),
-    "TrackEditor": ("project.track_editor", "TrackEditor"),
-    "Vocabulary": ("vocabulary", "Vocabulary"),
-    "agreement_job": ("review.agreement", "agreement_job"),
-    "coded_demonstrations": ("review.agreement", "coded_demonstrations"),
-    "compare_runs": ("review.run_comparison", "compare_runs"),
-    "cwt": ("signals.cwt", "cwt"),
-    "evaluate_tasks_job": ("recognition.experiments", "evaluate_tasks_job"),
-    "explain_at_job": ("review.explanation", "explain_at_job"),
-    "finish": ("jobs", "finish"),
-    "glossary": ("terms", "glossary"),
-    "import_files": ("formats.importing", "import_files"),
-    "import_labels": ("formats.label_files", "import_labels"),
-    "latest_run": ("review.run_result", "latest_run"),
-    "join_cluster": ("cluster", "join_cluster"),
-    "leave_one_out_job": ("recognition.cross_validation", "leave_one_out_job"),
-    "load_dataset": ("recognition.dataset", "load_dataset"),
-    "load_recogniser": ("recognition.storage", "load_recogniser"),
-    "load_run": ("review.run_result", "load_run"),
-    "make_sample_job": ("sample", "make_sample_job"),
-    "perform_job": ("simulation.tasks", "perform_job"),
-    "plot": ("gui.figures.plots", "plot"),
-    "prepare_examples": ("recognition.examples", "prepare_examples"),
-    "preset": ("recognition.presets", "preset"),
-    "read": ("formats", "read"),
-    "read_frame": ("formats.data_frame", "read_frame"),
-    "register_classifier": ("recognition.plugins", "register_classifier"),
-    "register_features": ("recognition.plugins", "register_features"),
-    "review_queue": ("review.queue", "review_queue"),
-    "runs_frame": ("frames", "runs_frame"),
-    "samples_frame": ("frames", "samples_frame"),
-    "save_recogniser": ("recognition.storage", "save_recogniser"),
-    "score_tracks": ("recognition.metrics", "score_tracks"),
-    "scores_frame": ("frames", "scores_frame"),
-    "segments_frame": ("frames", "segments_frame"),
-    "segments_from_codes": ("labels", "from_codes"),
-    "simulate_job": ("simulation.generate", "simulate_job"),
-    "train": ("recognition.training", "train"),
-    "train_and_test_job": ("recognition.cross_validation", "train_and_test_job"),
-    "train_tasks_job": ("recognition.experiments", "train_tasks_job"),
-    "wavelet_features": ("recognition.features", "wavelet_features"),
+#: The public names of each module.
+_NAMES = {
+    "cluster": ("join_cluster",),
+    "demonstration": ("Channel", "Demonstration"),
+    "errors": ("ForcelabError", "InputError"),
+    "formats": ("read",),
+    "formats.data_frame": ("read_frame",),
+    "formats.importing": ("import_files",),
+    "formats.label_files": ("LabelOptions", "import_labels"),
+    "formats.recording": ("ReadOptions",),
+    "frames": ("runs_frame", "samples_frame", "scores_frame", "segments_frame"),
+    "gui.figures.plots": ("plot",),
+    "jobs": ("finish",),
+    "label_map": ("MergeMap",),
+    "labels": ("Segment", "Track", "segments_from_codes"),
+    "project": ("Project",),
+    "project.track_editor": ("TrackEditor",),
+    "recognition.cross_validation": ("leave_one_out_job", "train_and_test_job"),
+    "recognition.dataset": ("DataSelection", "load_dataset"),
+    "recognition.estimators": ("ForceActionClassifier", "ForceFeatures"),
+    "recognition.examples": ("Examples", "LabelledDemonstration", "prepare_examples"),
+    "recognition.experiments": ("evaluate_tasks_job", "train_tasks_job"),
+    "recognition.features": ("wavelet_features",),
+    "recognition.metrics": ("Scores", "score_tracks"),
+    "recognition.plugins": ("register_classifier", "register_features"),
+    "recognition.presets": ("preset",),
+    "recognition.recogniser": ("Recogniser",),
+    "recognition.results": ("Evaluation",),
+    "recognition.settings": ("Settings",),
+    "recognition.storage": ("load_recogniser", "save_recogniser"),
+    "recognition.training": ("train",),
+    "review.agreement": ("agreement_job", "coded_demonstrations"),
+    "review.explanation": ("explain_at_job",),
+    "review.queue": ("review_queue",),
+    "review.run_comparison": ("compare_runs",),
+    "review.run_result": ("RunResult", "latest_run", "load_run"),
+    "sample": ("make_sample_job",),
+    "signals.cwt": ("cwt",),
+    "signals.wavelets": ("DOG", "Haar", "Morlet", "RealMorlet"),
+    "simulation.generate": ("simulate_job",),
+    "simulation.tasks": ("perform_job",),
+    "terms": ("glossary",),
+    "vocabulary": ("Vocabulary",),
 }
+#: What a name is called in its module, where that is another one.
+_RENAMED = {"segments_from_codes": "from_codes"}
+_HOMES = {name: module for module, names in _NAMES.items() for name in names}
 
-__all__ = ["__version__", *_HOMES]  # noqa: PLE0604 - all of them are strings
+__all__ = ["__version__", *sorted(_HOMES)]  # noqa: PLE0604 - all of them are strings
 
 
 def __getattr__(name: str) -> Any:
     """Load a public name, so that importing forcelab itself loads nothing."""
     if name not in _HOMES:
         raise AttributeError(f"module 'forcelab' has no attribute '{name}'")
-    module, attribute = _HOMES[name]
-    return getattr(import_module(f"forcelab.{module}"), attribute)
+    module = import_module(f"forcelab.{_HOMES[name]}")
+    return getattr(module, _RENAMED.get(name, name))
 
 
 def __dir__() -> list[str]:

@@ -14,11 +14,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from forcelab.errors import InputError
 
-__all__ = ["ClockFit", "ClockMap", "fit_clock"]
-
 #: Seconds between two clocks' zeros at most, and how many times as fast one may run: beyond, a
 #: number is mistyped.
 _FARTHEST, _FASTEST = 1e12, 1e6
+
+
+def farthest_drift(late: NDArray[np.float64], window: int) -> float:
+    """How far stamps move away from even ones over `window` samples, in the unit of `late`.
+
+    Of stamps that only jitter the median distance from even ones, `late` (n,), is everywhere the
+    same; where samples were lost, all that come after are late.
+    """
+    parts = np.median(late[: late.size // window * window].reshape(-1, window), axis=1)
+    return float(np.abs(parts - np.median(late)).max())
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,37 +68,19 @@ class ClockMap:
 
 @dataclass(frozen=True, slots=True)
 class ClockFit:
-    """A fitted map, and how far the taps lie from it.
-
-    Parameters
-    ----------
-    clock : ClockMap
-        The map in the least-squares sense.
-    residual : float
-        Root mean square distance of the taps from the map, in force seconds. Zero for one or two
-        taps, which a map meets exactly: it says nothing about the error then.
-    """
+    """A fitted map, and how far the taps lie from it."""
 
     clock: ClockMap
+    #: Root mean square distance of the taps from the map, in force seconds. Zero for one or two
+    #: taps, which a map meets exactly: it says nothing about the error then.
     residual: float
 
 
 def fit_clock(device: Sequence[float], force: Sequence[float]) -> ClockFit:
     """Fit a clock map to events seen on both clocks, such as taps.
 
-    One tap fixes the offset alone (the rate stays 1); two or more fix offset and rate by least
-    squares.
-
-    Parameters
-    ----------
-    device, force : sequence of float, length m >= 1
-        Times (s) of the same events on the device's clock and on the force recording's clock.
-
-    Raises
-    ------
-    InputError
-        If the numbers of taps differ, there is none, the device times are all the same, or time
-        would run backwards.
+    `device`, `force`: their times on both, s, one at least. One tap fixes the offset alone (the
+    rate stays 1); two or more fix offset and rate by least squares. What gives no map is refused.
     """
     d = np.asarray(device, dtype=np.float64)
     f = np.asarray(force, dtype=np.float64)

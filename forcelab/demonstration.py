@@ -22,7 +22,6 @@ from forcelab.text import counted, unknown_word
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-__all__ = ["GAP_PERIODS", "LARGEST", "Channel", "Demonstration", "VideoReference"]
 
 #: Neighbouring stamps further apart than this many sample periods have a gap between them.
 GAP_PERIODS = 5.0
@@ -78,16 +77,26 @@ class VideoReference:
     name: str = ""
 
 
+def _is_read_only(array: NDArray[Any]) -> bool:
+    """Whether an array can be written to neither itself nor through what it looks at."""
+    base: object = array
+    while isinstance(base, np.ndarray) and not base.flags.writeable:
+        if isinstance(base, np.memmap):
+            return True
+        base = base.base
+    # From another process arrays come as views of bytes.
+    return base is None or (isinstance(base, memoryview) and base.readonly)
+
+
 def _frozen(array: ArrayLike) -> NDArray[np.float64]:
     """A read-only C-contiguous float64 array; one that is so already is not copied."""
     if (
         isinstance(array, np.ndarray)
         and array.dtype == np.float64
         and array.flags.c_contiguous
-        and not array.flags.writeable
-        and (array.base is None or isinstance(array, np.memmap))
+        and _is_read_only(array)
     ):
-        return array  # a view could be written to through the array it looks at
+        return array
     copy = np.array(array, dtype=np.float64, order="C")
     copy.flags.writeable = False
     return copy

@@ -4,15 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-__all__ = [
-    "ForcelabError",
-    "InputError",
-    "StaleTrackError",
-    "StoreBusyError",
-    "UnclearAuthorError",
-    "UnclearRateError",
-]
-
 
 class ForcelabError(Exception):
     """Something the user can mend; its text is one complete sentence.

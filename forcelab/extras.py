@@ -26,10 +26,7 @@ PACKAGES: Final = {
 def load_extra(module: str, extra: str, what: str) -> ModuleType:
     """Import a package's module where it is needed; `what` needs it, as in "An ELAN file".
 
-    Raises
-    ------
-    InputError
-        If the package is not installed; the sentence names the extra that brings it.
+    `InputError` if it is not installed; the sentence names the extra that brings it.
     """
     try:
         return import_module(module)

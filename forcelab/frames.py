@@ -32,8 +32,6 @@ CODER = "coder"
 #: What holds labels without being a project.
 Labels = Iterable[Recording | LabelledDemonstration | Track]
 
-__all__ = ["runs_frame", "samples_frame", "score_rows", "scores_frame", "segments_frame"]
-
 
 def segments_frame(
     source: Project | RunResult | Evaluation | Labels,

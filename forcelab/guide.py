@@ -15,18 +15,6 @@ from forcelab.errors import InputError
 from forcelab.resources import asset
 from forcelab.text import unknown_word
 
-__all__ = [
-    "CONTENTS",
-    "Match",
-    "Page",
-    "Section",
-    "patterns",
-    "plain",
-    "read_page",
-    "read_pages",
-    "search",
-]
-
 #: The pages in reading order.
 CONTENTS = (
     "index",
@@ -139,13 +127,7 @@ def plain(line: str) -> str:
 
 
 def read_page(name: str) -> Page:
-    """Read a page of the guide.
-
-    Raises
-    ------
-    InputError
-        If there is no page of that name.
-    """
+    """Read a page of the guide; InputError if there is none of that name."""
     if name not in CONTENTS:
         raise InputError(unknown_word("page", name, CONTENTS))
     return Page(name, asset("guide", f"{name}.md").read_text("utf-8"))

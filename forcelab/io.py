@@ -1,6 +1,6 @@
 """Reading small files that people write by hand; writing files whole or not at all.
 
-Writing files whole or not at all. The bytes go to a temporary file in the same folder, are forced
+The bytes go to a temporary file in the same folder, are forced
 to the disk and only then take the name. Whatever had the name before is untouched until then, and
 for ever if anything fails.
 """
@@ -19,43 +19,17 @@ from forcelab.errors import InputError
 
 
 def write_atomically(path: str | os.PathLike[str], data: bytes) -> None:
-    """Give `path` the content `data`, whole or not at all.
-
-    Parameters
-    ----------
-    path : path-like
-        The file to write; its folder must exist. A symbolic link is followed.
-    data : bytes
-        The whole content.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written; what was there before is untouched.
-    """
+    """Give a file its whole content, or none of it; a symbolic link is followed."""
     with atomic_file(path) as stream:
         stream.write(data)
 
 
 @contextlib.contextmanager
 def atomic_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
-    """Open a file for binary writing that appears under `path` only once it is complete.
+    """Open a file for reading and writing that appears under `path` only once it is complete.
 
-    Parameters
-    ----------
-    path : path-like
-        The file to write; its folder must exist. A symbolic link is followed.
-
-    Yields
-    ------
-    BinaryIO
-        A seekable stream, open for reading and writing. When the block ends it is forced to the
-        disk and takes the name; when the block raises it is removed.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written; what was there before is untouched.
+    When the block ends it is forced to the disk and takes the name; when the block raises it is
+    removed. A symbolic link is followed. `InputError` if it cannot be written.
     """
     target = Path(os.path.realpath(path))
     temporary = target.with_name(f".forcelab-{secrets.token_hex(8)}.part")
@@ -112,12 +86,7 @@ LARGEST = 1 << 24
 def small_text(path: Path, encoding: str = "utf-8") -> str:
     """The text of a file, which may be a pipe, but not one that never ends.
 
-    Raises
-    ------
-    InputError
-        If it is longer than :data:`LARGEST`, as what a device such as ``/dev/zero`` gives.
-    OSError, UnicodeDecodeError
-        If it cannot be read, or is no such text.
+    `InputError` if it is longer than :data:`LARGEST`, as what a device such as ``/dev/zero`` gives.
     """
     with path.open("rb") as stream:
         content = stream.read(LARGEST + 1)

@@ -14,8 +14,6 @@ from dataclasses import dataclass
 from functools import wraps
 from typing import Any, ParamSpec, TypeVar
 
-__all__ = ["Job", "Progress", "finish", "job"]
-
 Parameters = ParamSpec("Parameters")
 ProgressT = TypeVar("ProgressT", bound="Progress")
 ResultT = TypeVar("ResultT")
@@ -23,19 +21,11 @@ ResultT = TypeVar("ResultT")
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """How far a job is.
-
-    Parameters
-    ----------
-    done, total : int
-        Steps done, and steps in all; a job may be finished in fewer.
-    text : str
-        What the steps are, or what is done next, such as ``"reading JPen_sig.pdl"``.
-    """
+    """How far a job is."""
 
     done: int
-    total: int
-    text: str
+    total: int  # steps in all; a job may be finished in fewer
+    text: str  # what the steps are, or what is done next, such as "reading JPen_sig.pdl"
 
 
 def finish(

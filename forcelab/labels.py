@@ -18,26 +18,6 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.runs import sample_ends, stretches
 
-__all__ = [
-    "MODEL_PREFIX",
-    "UNLABELLED",
-    "Interval",
-    "Segment",
-    "Segments",
-    "Track",
-    "check_action_name",
-    "check_author",
-    "check_name",
-    "check_within",
-    "first_beyond",
-    "from_codes",
-    "is_model",
-    "means_unlabelled",
-    "model_author",
-    "ordered",
-    "to_codes",
-]
-
 #: The code of a sample that no segment covers, in dense arrays.
 UNLABELLED = -1
 
@@ -159,13 +139,7 @@ def first_beyond(segments: Iterable[Segment], start: float, end: float) -> Segme
 
 
 def check_within(segments: Iterable[Segment], start: float, end: float, cure: str) -> None:
-    """Refuse labels beyond their recording from `start` to `end` s; `cure` says what to do.
-
-    Raises
-    ------
-    InputError
-        If a segment does.
-    """
+    """Refuse labels beyond their recording from `start` to `end` s; `cure` says what to do."""
     if (segment := first_beyond(segments, start, end)) is not None:
         raise InputError(
             f"'{segment.action}' from {segment.start:.6g} to {segment.end:.6g} s lies beyond its "
@@ -174,13 +148,7 @@ def check_within(segments: Iterable[Segment], start: float, end: float, cure: st
 
 
 def check_name(name: str) -> None:
-    """Refuse an action's name that no table can hold.
-
-    Raises
-    ------
-    InputError
-        If it holds a NUL, or is too long.
-    """
+    """Refuse an action's name that no table can hold."""
     if len(name) > LONGEST_ACTION or "\0" in name:
         raise InputError(
             f"{name[:40]!a} is no name for an action: it has up to {LONGEST_ACTION:,} "
@@ -189,13 +157,7 @@ def check_name(name: str) -> None:
 
 
 def check_action_name(name: str) -> None:
-    """Refuse a new action that is called like no action.
-
-    Raises
-    ------
-    InputError
-        If the name says that there is none.
-    """
+    """Refuse a new action that is called like no action."""
     if means_unlabelled(name):
         raise InputError(
             f"An action cannot be called '{name}', as time without a label is; leave such time "
@@ -204,13 +166,7 @@ def check_action_name(name: str) -> None:
 
 
 def check_author(name: str) -> None:
-    """Refuse an author without a name.
-
-    Raises
-    ------
-    InputError
-        If the name is blank.
-    """
+    """Refuse an author without a name."""
     if not name.strip():
         raise InputError("A track needs an author.")
 
@@ -220,13 +176,7 @@ Segments = tuple[Segment, ...]
 
 
 def ordered(segments: Iterable[Segment]) -> Segments:
-    """Sort segments by time and make sure that none overlaps.
-
-    Raises
-    ------
-    InputError
-        If two segments overlap.
-    """
+    """Sort segments by time; refuse those that overlap."""
     result = tuple(sorted(segments))
     for left, right in pairwise(result):
         if right.start < left.end:
@@ -282,26 +232,10 @@ class Track:
 def to_codes(
     segments: Sequence[Segment], times: NDArray[np.float64], actions: Sequence[str]
 ) -> NDArray[np.int64]:
-    """Look up the action of every sample.
+    """The code of each sample (n,) at `times`, which increase: its action's place in `actions`.
 
-    Parameters
-    ----------
-    segments : sequence of Segment
-        In order, never overlapping.
-    times : ndarray, shape (n,)
-        Times of the samples in seconds, increasing.
-    actions : sequence of str
-        The action with code ``i`` is ``actions[i]``.
-
-    Returns
-    -------
-    ndarray of int64, shape (n,)
-        Codes; :data:`UNLABELLED` where no segment covers the sample's time.
-
-    Raises
-    ------
-    InputError
-        If a segment's action is not among `actions`.
+    It is :data:`UNLABELLED` where no segment covers the sample's time. `segments` are in order and
+    never overlap; an action that is not among `actions` is refused.
     """
     number = {action: code for code, action in enumerate(actions)}
     codes = np.full(len(times), UNLABELLED, dtype=np.int64)

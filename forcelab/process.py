@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import pickle
 import signal
 import sys
 import threading
 import traceback
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from functools import cache
 from multiprocessing.connection import Connection, wait
 from pickle import PicklingError
 from types import ModuleType
-from typing import Any, Literal, TypeVar
+from typing import Any, Final, Literal, TypeVar
 
 from forcelab.errors import ForcelabError
 from forcelab.jobs import Progress, finish
@@ -61,9 +62,12 @@ def _run(
     _end_with_parent()
     # A receiver that is gone ends the job as well.
     with suppress(BrokenPipeError):
-        outcome = _outcome(work, arguments, sender)
+        kind, content = _outcome(work, arguments, sender)
+        if kind != "result":
+            sender.send((kind, content))
+            return
         try:
-            sender.send(outcome)
+            _send_result(sender, content)
         except (AttributeError, PicklingError, TypeError) as error:  # it cannot travel
             sender.send(_failure(error))
 
@@ -85,6 +89,35 @@ def _outcome(
         return "refused", error
     except Exception as error:  # noqa: BLE001 - raised again in the other process
         return _failure(error)
+
+
+#: Arrays of more bytes travel by themselves, in pieces of so many.
+_LARGE: Final = 2**20
+
+
+def _send_result(sender: Connection, result: object) -> None:
+    """Send what a job came to: large arrays behind the rest, of which no copy is made."""
+    arrays: list[memoryview] = []
+
+    def stays(buffer: pickle.PickleBuffer) -> bool:
+        array = buffer.raw()
+        if array.nbytes > _LARGE:
+            arrays.append(array)
+        return array.nbytes <= _LARGE
+
+    rest = pickle.dumps(result, 5, buffer_callback=stays)
+    sender.send(("result", (rest, [array.nbytes for array in arrays])))
+    for array in arrays:
+        for start in range(0, array.nbytes, _LARGE):
+            sender.send_bytes(array[start : start + _LARGE])
+
+
+def _receive_result(receiver: Connection, rest: bytes, sizes: Sequence[int]) -> Any:
+    arrays = [bytearray(size) for size in sizes]
+    for array in arrays:
+        for start in range(0, len(array), _LARGE):
+            receiver.recv_bytes_into(memoryview(array)[start : start + _LARGE])
+    return pickle.loads(rest, buffers=arrays)  # noqa: S301 - from a process of this program
 
 
 def _failure(error: Exception) -> tuple[Literal["failed"], tuple[str, str]]:
@@ -157,6 +190,8 @@ def run_in_process(
                 continue
             try:
                 kind, content = receiver.recv()
+                if kind == "result":
+                    content = _receive_result(receiver, *content)
             except (EOFError, OSError) as error:
                 raise ForcelabError(ENDED.format("The process that did the work")) from error
             if kind == "progress":

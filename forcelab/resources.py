@@ -1,8 +1,7 @@
 """What the program carries with it, and the versions of everything a result depends on.
 
-What the program carries with it: the tasks, the glossary and its pictures. In a checkout these
-files lie in ``assets/`` beside the package, where people read and change them; an installed
-forcelab has them inside the package.
+In a checkout the tasks, the glossary and its pictures lie in ``assets/`` beside the package, where
+people read and change them; an installed forcelab has them inside the package.
 """
 
 from __future__ import annotations
@@ -29,18 +28,9 @@ FOLDERS = (PACKAGE / "assets_data", PACKAGE.parent / "assets")
 
 
 def asset(*parts: str) -> Path:
-    """Find a file that the program carries with it.
+    """Find a file that the program carries with it, such as ``"tasks", "foam.toml"``.
 
-    Parameters
-    ----------
-    *parts : str
-        Its folder, if it is in one, and its name: ``"actions.toml"``, or ``"tasks", "foam.toml"``,
-        or both in one with a forward slash.
-
-    Raises
-    ------
-    InputError
-        If it is not there.
+    `InputError` if it is not there.
     """
     folder = next((folder for folder in FOLDERS if folder.is_dir()), FOLDERS[0])
     path = folder.joinpath(*parts)
@@ -53,25 +43,8 @@ def asset(*parts: str) -> Path:
 
 
 def read_toml(*parts: str) -> dict[str, Any]:
-    """Read one of the program's own TOML files.
-
-    Parameters
-    ----------
-    *parts : str
-        As of :func:`asset`.
-
-    Raises
-    ------
-    InputError
-        If it is not there or is not TOML.
-    """
-    path = asset(*parts)
-    try:
-        return tomllib.loads(path.read_text("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"'{path}' cannot be read: {error}; install forcelab again.") from error
-    except OSError as error:
-        raise InputError(f"'{path}' cannot be read: {error.strerror}.") from error
+    """Read one of the program's own TOML files; `parts` as of :func:`asset`."""
+    return tomllib.loads(asset(*parts).read_text("utf-8"))
 
 
 PACKAGES = ("numpy", "scipy", "scikit-learn", "skops")

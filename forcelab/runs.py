@@ -1,9 +1,8 @@
 """Runs of samples with one code, and when they end.
 
-Stretches of samples with one code, and when they end. A stretch ends where the next sample starts;
-before a gap in the stamps (more than :data:`~forcelab.demonstration.GAP_PERIODS` median periods)
-and at the end of the recording it ends one median period after its last stamp. Segments, filters
-and metrics all follow this rule.
+A stretch ends where the next sample starts; before a gap in the stamps (more than
+:data:`~forcelab.demonstration.GAP_PERIODS` median periods) and at the end of the recording it ends
+one median period after its last stamp. Segments, filters and metrics all follow this rule.
 """
 
 from __future__ import annotations
@@ -17,18 +16,10 @@ from forcelab.demonstration import GAP_PERIODS
 
 
 def sample_ends(times: NDArray[np.float64]) -> NDArray[np.float64]:
-    """When each sample ends.
+    """When each sample ends, shape (n,): at the next stamp.
 
-    Parameters
-    ----------
-    times : ndarray, shape (n,)
-        Times of the samples in seconds, strictly increasing.
-
-    Returns
-    -------
-    ndarray of float64, shape (n,)
-        The next stamp; before a gap and at the end of the recording, one median period after the
-        sample's own stamp. A sample that ends before the next one starts has a gap behind it.
+    Before a gap and at the end of the recording it is one median period after its own stamp: a
+    sample that ends before the next one starts has a gap behind it.
     """
     if len(times) == 0:
         return np.empty(0)
@@ -48,21 +39,13 @@ def marked_runs(marked: NDArray[np.bool_]) -> NDArray[np.int64]:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Runs:
-    """Labelled stretches in order of time; m of them.
+    """Labelled stretches in order of time; m of them."""
 
-    Parameters
-    ----------
-    codes : ndarray of int64, shape (m,)
-        The code of each stretch, never negative.
-    firsts, lasts : ndarray of int64, shape (m,)
-        Stretch ``i`` holds the samples ``firsts[i]`` up to, not including, ``lasts[i]``.
-    starts, ends : ndarray of float64, shape (m,)
-        When it starts and ends, in seconds.
-    """
-
-    codes: NDArray[np.int64]
+    codes: NDArray[np.int64]  # (m,), never negative
+    #: (m,), stretch ``i`` holds the samples ``firsts[i]`` up to, not including, ``lasts[i]``.
     firsts: NDArray[np.int64]
     lasts: NDArray[np.int64]
+    #: (m,), when it starts and ends, s.
     starts: NDArray[np.float64]
     ends: NDArray[np.float64]
 
@@ -89,14 +72,8 @@ def stretches(
 ) -> Runs:
     """Gather neighbours of equal code; gaps in the stamps part them, the unlabelled is left out.
 
-    Parameters
-    ----------
-    codes : ndarray of int64, shape (n,)
-        Every negative code means unlabelled.
-    times : ndarray, shape (n,)
-        Times of the samples in seconds, strictly increasing.
-    ends : ndarray, shape (n,)
-        :func:`sample_ends` of `times`.
+    `codes` (n,): every negative one means unlabelled; `times` (n,), which increase; `ends` (n,):
+    their :func:`sample_ends`.
     """
     n = len(codes)
     if n == 0:

@@ -16,15 +16,6 @@ from contextlib import contextmanager, suppress
 from functools import cache
 from typing import Any
 
-__all__ = [
-    "collect_garbage",
-    "collect_garbage_rarely",
-    "one_blas_thread",
-    "quiet_joblib",
-    "return_memory",
-    "switch_threads_often",
-]
-
 #: A full search for garbage comes after so many of the middle generation; Python's choice is 10.
 GC_THRESHOLD = 1000
 #: Seconds after which a thread must hand over the interpreter to another one that waits for it.

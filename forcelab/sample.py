@@ -17,16 +17,6 @@ from forcelab.resources import asset
 from forcelab.simulation.origin import Origin
 from forcelab.simulation.scene import TASKS, Task
 
-__all__ = [
-    "CODER",
-    "LABELLED",
-    "UNLABELLED",
-    "UNSYNCHRONISED",
-    "first_to_label",
-    "make_sample_job",
-    "write_recordings",
-]
-
 #: The seed of the sample project, and how many demonstrations it has of each task.
 SEED, COUNT = 1, 6
 #: Who labelled which numbers. The second coder's labels are for comparing the two.
@@ -112,23 +102,10 @@ def make_sample_job(
 
 
 def write_recordings(folder: str | PathLike[str]) -> tuple[Path, ...]:
-    """Write the example recordings, to try an import on.
+    """Write the example recordings, to try an import on: six tables of forces and labels.
 
-    Parameters
-    ----------
-    folder : path-like
-        Where to; made if need be. Files of other names stay.
-
-    Returns
-    -------
-    tuple of path
-        Six tables as CSV: times, forces of two sensors (N), and a coder's labels.
-
-    Raises
-    ------
-    InputError
-        If another file has one of the names, or the folder cannot be written; nothing is written
-        then.
+    The folder is made if need be, and files of other names stay. Nothing is written if another file
+    has one of the names.
     """
     from forcelab.formats.output_folder import output_folder  # loads all that reads and writes
 

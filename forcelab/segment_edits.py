@@ -1,10 +1,10 @@
 """Every way to change a track's segments, as pure functions on tuples, and what an edit changed.
 
-Painting: every way to change a track's segments, as pure functions on tuples. Each verb takes
-segments in order and never overlapping, and gives a new tuple of the same kind; what it was given
-stays as it is. Times are in seconds. What lasts no longer than :data:`SLIVER` is float dust: a
-piece that short is dropped, and a hole that short counts as none, so that segments on either side
-of it touch.
+Each verb takes segments in order and never overlapping, and gives a new tuple of the same kind;
+what it was given stays as it is. Times are in seconds, and segments are counted from 0. What cannot
+be done, as there is no such segment or a stretch is empty, is an `InputError`. What lasts no longer
+than :data:`SLIVER` is float dust: a piece that short is dropped, and a hole that short counts as
+none, so that segments on either side of it touch.
 
 The cost of a verb is one copy of the tuple; only :func:`fill_gaps` looks at every segment. What a
 verb changed is told by :func:`splice`.
@@ -29,14 +29,8 @@ BLOCK = 256
 def splice(before: Segments, after: Segments) -> tuple[int, Segments, Segments]:
     """Find the smallest replacement that turns one tuple into another.
 
-    Returns
-    -------
-    position : int
-        Where the replacement starts.
-    removed : tuple of Segment
-        What lay there before.
-    inserted : tuple of Segment
-        What lies there after. Swapped with `removed`, it undoes the edit.
+    Gives where it starts, what lay there before, and what lies there after. The two swapped undo
+    the edit.
     """
     shorter = min(len(before), len(after))
     head = _agreeing(before, after, shorter)
@@ -47,11 +41,8 @@ def splice(before: Segments, after: Segments) -> tuple[int, Segments, Segments]:
 def spliced(segments: Segments, position: int, removed: Segments, inserted: Segments) -> Segments:
     """Carry out a replacement found by :func:`splice`.
 
-    Raises
-    ------
-    StaleTrackError
-        If `removed` does not lie at `position`, or `inserted` does not fit between its neighbours:
-        the track is not the one that the replacement was made for.
+    `StaleTrackError` if `removed` does not lie at `position`, or `inserted` does not fit between
+    its neighbours: the track is not the one that the replacement was made for.
     """
     end = position + len(removed)
     fits = position >= 0 and end <= len(segments) and segments[position:end] == removed
@@ -94,25 +85,6 @@ def paint(segments: Segments, start: float, end: float, action: str) -> Segments
 
     What is below is trimmed, split or removed. Segments of the same action that overlap or touch
     the painted stretch become one with it; segments further off that touch only those do not.
-
-    Parameters
-    ----------
-    segments : tuple of Segment
-        In order, never overlapping.
-    start, end : float
-        Stretch to paint, in seconds.
-    action : str
-        The action to paint.
-
-    Returns
-    -------
-    tuple of Segment
-        In order, never overlapping; `action` covers all of ``[start, end)``.
-
-    Raises
-    ------
-    InputError
-        If the stretch is empty or not finite, or the action has no name.
     """
     _check_stretch(start, end)
     first = bisect_left(segments, start - SLIVER, key=_end)
@@ -124,13 +96,7 @@ def paint(segments: Segments, start: float, end: float, action: str) -> Segments
 
 
 def erase(segments: Segments, start: float, end: float) -> Segments:
-    """Make ``[start, end)`` unlabelled; segments that reach into it are trimmed or split.
-
-    Raises
-    ------
-    InputError
-        If the stretch is empty or a bound is not a number.
-    """
+    """Make ``[start, end)`` unlabelled; segments that reach into it are trimmed or split."""
     _check_stretch(start, end)
     before, after = _around(segments, start, end)
     return before + after
@@ -139,26 +105,10 @@ def erase(segments: Segments, start: float, end: float) -> Segments:
 def move_edge(
     segments: Segments, index: int, edge: Literal["start", "end"], time: float
 ) -> Segments:
-    """Move one edge of a segment.
+    """Move one edge of a segment; refused where it would reach the other one.
 
     An edge shared with a touching neighbour moves for both. Growing over other segments trims or
     removes them; nothing merges.
-
-    Parameters
-    ----------
-    segments : tuple of Segment
-        In order, never overlapping.
-    index : int
-        Which segment, from 0.
-    edge : "start" or "end"
-        Which of its edges.
-    time : float
-        Where the edge goes, in seconds.
-
-    Raises
-    ------
-    InputError
-        If there is no such segment, or the edge would reach the segment's other edge.
     """
     old = _at(segments, index)
     start, end = (time, old.end) if edge == "start" else (old.start, time)
@@ -185,11 +135,6 @@ def move_segment(segments: Segments, index: int, start: float) -> Segments:
     """Move a segment to another start time; it keeps its duration.
 
     It paints over what is below without merging, and leaves its old place unlabelled.
-
-    Raises
-    ------
-    InputError
-        If there is no such segment or the time is not finite.
     """
     old = _at(segments, index)
     moved = Segment(start, start + old.duration, old.action)
@@ -197,13 +142,7 @@ def move_segment(segments: Segments, index: int, start: float) -> Segments:
 
 
 def split(segments: Segments, time: float) -> Segments:
-    """Cut the segment that covers `time` (s) into two touching ones of the same action.
-
-    Raises
-    ------
-    InputError
-        If no segment lies on both sides of that time.
-    """
+    """Cut the segment that covers `time` (s) into two touching ones of the same action."""
     index = bisect_right(segments, time, key=_end)
     old = segments[index] if index < len(segments) else None
     if old is None or not (time - old.start > SLIVER and old.end - time > SLIVER):
@@ -215,19 +154,7 @@ def split(segments: Segments, time: float) -> Segments:
 def merge(segments: Segments, first: int, last: int, action: str | None = None) -> Segments:
     """Make one segment of the run from `first` to `last`, unlabelled time between them included.
 
-    Parameters
-    ----------
-    segments : tuple of Segment
-        In order, never overlapping.
-    first, last : int
-        The first and the last segment of the run, both included, from 0.
-    action : str, optional
-        The action of the whole; by default that of the first.
-
-    Raises
-    ------
-    InputError
-        If there is no such run.
+    Both are in it; its action is by default that of the first.
     """
     opening, closing = _at(segments, first), _at(segments, last)
     if last < first:
@@ -237,39 +164,17 @@ def merge(segments: Segments, first: int, last: int, action: str | None = None) 
 
 
 def relabel(segments: Segments, index: int, action: str) -> Segments:
-    """Give a segment another action; its edges stay, and it merges with no neighbour.
-
-    Raises
-    ------
-    InputError
-        If there is no such segment or the action has no name.
-    """
+    """Give a segment another action; its edges stay, and it merges with no neighbour."""
     renamed = replace(_at(segments, index), action=action)
     return (*segments[:index], renamed, *segments[index + 1 :])
 
 
 def fill_gaps(segments: Segments, longest: float, action: str | None = None) -> Segments:
-    """Fill short unlabelled stretches between two segments.
+    """Fill unlabelled stretches of at most `longest` seconds between two segments.
 
-    Parameters
-    ----------
-    segments : tuple of Segment
-        In order, never overlapping.
-    longest : float
-        Longest stretch to fill, in seconds; compared to within :data:`SLIVER`.
-    action : str, optional
-        What the stretches get, as one segment with a neighbour of the same action. By default both
-        neighbours grow to the middle, and neighbours of one action become one segment.
-
-    Returns
-    -------
-    tuple of Segment
-        Time before the first and after the last segment stays as it is.
-
-    Raises
-    ------
-    InputError
-        If `longest` is negative or not a number.
+    They become segments of the action, one with a neighbour that has it. By default both neighbours
+    grow to the middle, and neighbours of one action become one segment. Time before the first and
+    after the last segment stays as it is.
     """
     if not longest >= 0:
         raise InputError(f"The longest gap to fill must be 0 s or more, not {longest:g} s.")
@@ -285,38 +190,16 @@ def fill_gaps(segments: Segments, longest: float, action: str | None = None) -> 
 
 
 def delete(segments: Segments, index: int) -> Segments:
-    """Take a segment away; its time becomes unlabelled.
-
-    Raises
-    ------
-    InputError
-        If there is no such segment.
-    """
+    """Take a segment away; its time becomes unlabelled."""
     _at(segments, index)
     return segments[:index] + segments[index + 1 :]
 
 
 def paint_all(segments: Segments, proposed: Segments) -> tuple[Segments, Segments]:
-    """Paint segments one after the other, in one pass over the track.
+    """Paint segments that do not overlap one after the other, in one pass over the track.
 
-    Parameters
-    ----------
-    segments : tuple of Segment
-        The track, in order, never overlapping.
-    proposed : tuple of Segment
-        What is painted over it, never overlapping.
-
-    Returns
-    -------
-    after : tuple of Segment
-        As :func:`paint` makes it of the track, called for each in turn.
-    painted : tuple of Segment
-        Those of `proposed` that were not there already.
-
-    Raises
-    ------
-    InputError
-        If proposed segments overlap.
+    Gives the track as :func:`paint` makes it, called for each in turn, and those of `proposed` that
+    were not there already.
     """
     done: list[Segment] = []
     painted = []
@@ -371,12 +254,7 @@ def tell_changes(before: Segments, after: Segments) -> str:
 def free_parts(segments: Segments, proposed: Segments) -> Segments:
     """Cut proposed segments so that they cover only time that no segment covers.
 
-    Parameters
-    ----------
-    segments : tuple of Segment
-        The track, in order, never overlapping.
-    proposed : tuple of Segment
-        What is cut; a segment may lose all of itself, or become several.
+    One may lose all of itself, or become several.
     """
     parts = []
     for new in proposed:

@@ -16,13 +16,9 @@ PATIENCE = 3.0
 
 @cache
 def full_version() -> str:
-    """The version; in a checkout also which commit that is, and whether files were changed since.
+    """The version, as ``0.2.0 (checkout d23dd5ae, changed)`` in a checkout.
 
-    Examples
-    --------
-    >>> from forcelab.version import full_version
-    >>> full_version()  # doctest: +SKIP
-    '0.2.0 (checkout d23dd5ae, changed)'
+    That is its commit, and whether files were changed since.
     """
     if not (ROOT / ".git").exists():
         return __version__

@@ -23,8 +23,6 @@ from itertools import count
 from forcelab.errors import InputError
 from forcelab.labels import check_action_name
 
-__all__ = ["COLOURS", "KEYS", "Action", "Vocabulary", "joined"]
-
 #: The eight colours of Okabe and Ito (Color Universal Design, 2008), which stay apart for every
 #: kind of colour vision. Of all orders this one keeps neighbours furthest apart for normal and
 #: simulated colour-blind vision (CIE76 38 at least); black is last, as it looks like text.
@@ -51,29 +49,12 @@ MOST_ACTIONS = 1000
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """One action: its name, its look and its key.
-
-    Parameters
-    ----------
-    name : str
-        Such as ``"grab"``; not blank.
-    colour : str
-        ``"#rrggbb"``; stored in lower case.
-    key : str
-        One of :data:`KEYS`, or empty where no key was left.
-    texture : int
-        0 is plain; 1, 2, ... tell actions of the same colour apart.
-
-    Raises
-    ------
-    InputError
-        If the name is blank, or colour, key or texture is none.
-    """
+    """One action: its name, its look and its key."""
 
     name: str
-    colour: str
-    key: str
-    texture: int = 0
+    colour: str  # "#rrggbb"; stored in lower case
+    key: str  # one of :data:`KEYS`, or empty where no key was left
+    texture: int = 0  # 0 is plain; 1, 2, ... tell actions of the same colour apart
 
     def __post_init__(self) -> None:
         if not self.name.strip():
@@ -310,13 +291,8 @@ def joined(tasks: Mapping[str, Vocabulary], *, apart: bool = False) -> Vocabular
     """The actions of several tasks together, those of the first exactly as they are there.
 
     Of a name that several have, the first one's look counts. Two actions of the same look keep the
-    colour and differ in texture; one whose key is taken gets the first that is free.
-
-    Parameters
-    ----------
-    tasks : mapping of str to Vocabulary
-    apart : bool
-        Whether actions get their task as a suffix, as ``grab_foam``.
+    colour and differ in texture; one whose key is taken gets the first that is free. With `apart`
+    they get their task as a suffix, as ``grab_foam``.
     """
     actions: list[Action] = []
     for task, vocabulary in tasks.items():

@@ -13,7 +13,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
 
 import cv2
@@ -30,6 +31,8 @@ README = ROOT / "README.md"
 GUIDE = ROOT / "assets" / "guide"
 #: The README and the pages of the guide, in the order in which their commands run.
 DOCUMENTS = (README, *(GUIDE / f"{name}.md" for name in CONTENTS))
+#: Runs a command or a script and gives what it prints.
+Run = Callable[[str], str]
 #: Blocks; what takes long is marked "slow", and is left out where that is not asked for. A script
 #: may have a block of what it prints below it.
 #: A command goes on behind a line that ends with a backslash.
@@ -85,37 +88,37 @@ OTHERS = {
 COLOURS = 256
 
 
-def run_blocks(document: Path, folder: Path, *, slow: bool) -> tuple[str, list[str]]:
-    """The document with the output of its commands made anew, and what its scripts print.
-
-    Raises CalledProcessError if a script fails.
-    """
-    scripts = Path(sys.executable).parent
-    environment = {**os.environ, "PATH": f"{scripts}{os.pathsep}{os.environ['PATH']}"}
+def run_blocks(
+    document: Path, run_command: Run, run_script: Run, *, slow: bool
+) -> tuple[str, list[str]]:
+    """The document with the output of its commands made anew, and what its scripts print."""
     printed = []
-
-    def run(words: list[str]) -> str:
-        return subprocess.run(
-            words,
-            cwd=folder,
-            env=environment,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            check=words[0] != "bash",
-        ).stdout
 
     def renewed(block: re.Match[str]) -> str:
         if block["script"]:
-            printed.append(run([sys.executable, "-c", block["script"]]))
+            printed.append(run_script(block["script"]))
             shown = f"\n\nIt prints:\n\n```text\n{printed[-1]}```" if block["printed"] else ""
             return f"```python\n{block['script']}```{shown}"
         if block["slow"] and not slow:
             return block[0]
-        shown = run(["bash", "-c", block["command"]]).rstrip()
+        shown = run_command(block["command"]).rstrip()
         return f"```console{block['slow'] or ''}\n$ {block['command']}\n{shown}\n```"
 
     return BLOCK.sub(renewed, document.read_text("utf-8")), printed
+
+
+def run_in(folder: Path, *words: str, check: bool = False) -> str:
+    """What a process prints in a folder. Raises CalledProcessError if a checked one fails."""
+    scripts = Path(sys.executable).parent
+    return subprocess.run(
+        words,
+        cwd=folder,
+        env={**os.environ, "PATH": f"{scripts}{os.pathsep}{os.environ['PATH']}"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=check,
+    ).stdout
 
 
 def prepare(folder: Path) -> None:
@@ -184,8 +187,11 @@ def main(project: str = "", *names: str) -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         prepare(folder)
+        run_command = partial(run_in, folder, "bash", "-c")
+        run_script = partial(run_in, folder, sys.executable, "-c", check=True)
         for document in DOCUMENTS:
-            document.write_text(run_blocks(document, folder, slow=True)[0], "utf-8")
+            text, _ = run_blocks(document, run_command, run_script, slow=True)
+            document.write_text(text, "utf-8")
         train(folder / "sample.forcelab")
         draw_windows(folder / "sample.forcelab", pictures, (*WINDOWS, CAPTURE))
         for figure in FIGURES:

@@ -30,11 +30,6 @@ def broken():
     return {}["no such key"]
 
 
-def crashing(*_):
-    yield Progress(1, 2, "before")
-    os.kill(os.getpid(), signal.SIGSEGV)
-
-
 def ending_process(*_):
     """Of a function, not a job, the process ends at once."""
     os.kill(os.getpid(), signal.SIGSEGV)

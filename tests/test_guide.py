@@ -1,6 +1,11 @@
 """What README and guide show is what happens, and what they link to exists."""
 
+import io
 import re
+import shlex
+from contextlib import redirect_stderr, redirect_stdout
+from itertools import chain
+from pathlib import Path
 
 import pytest
 from make_guide import (
@@ -13,8 +18,10 @@ from make_guide import (
     dark,
     prepare,
     run_blocks,
+    run_in,
 )
 
+from forcelab.cli import main
 from forcelab.errors import InputError
 from forcelab.guide import CONTENTS, Page, anchors, plain, read_page, read_pages, search
 
@@ -27,6 +34,32 @@ def mask_numbers(text):
     return re.sub(r"[ \-─]+", " ", re.sub(r"\d+(\.\d+)?(e-?\d+)?", "#", text))
 
 
+def run_command(command):
+    """What a line of the shell prints; its forcelab runs here, where all is loaded already."""
+    named = re.fullmatch(r"forcelab ([^|&]*)(?:(\||&&|\|&) (.*))?", command, re.S)
+    if named is None:
+        return run_in(Path.cwd(), "bash", "-c", command)
+    words, joint, rest = named.groups()
+    out, err = io.StringIO(newline=None), io.StringIO(newline=None)
+    with redirect_stdout(out), redirect_stderr(out if joint == "|&" else err):
+        main(list(chain.from_iterable(map(expand, shlex.split(words.replace("\\\n", " "))))))
+    if rest is None or joint == "&&":
+        printed = err.getvalue() + out.getvalue()
+        return printed + (run_in(Path.cwd(), "bash", "-c", rest) if rest else "")
+    Path("printed").write_text(out.getvalue(), "utf-8")
+    return err.getvalue() + run_in(Path.cwd(), "bash", "-c", f"cat printed | {rest}")
+
+
+def expand(word):
+    return sorted(map(str, Path().glob(word))) if "*" in word else [word]
+
+
+def run_script(script):
+    with redirect_stdout(io.StringIO()) as out:
+        exec(script, {"__name__": "__main__"})
+    return out.getvalue()
+
+
 @pytest.fixture(scope="module")
 def renewed(tmp_path_factory):
     """All documents with their output made anew, in one folder, and what their scripts print."""
@@ -35,7 +68,13 @@ def renewed(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patched:
         # Commands start no processes of their own: the tests share the processors already.
         patched.setenv("LOKY_MAX_CPU_COUNT", "1")
-        yield folder, {path: run_blocks(path, folder, slow=False) for path in DOCUMENTS}
+        # What a script registers is forgotten.
+        patched.setattr("forcelab.recognition.plugins._named", {"classifier": {}, "features": {}})
+        patched.chdir(folder)
+        yield (
+            folder,
+            {path: run_blocks(path, run_command, run_script, slow=False) for path in DOCUMENTS},
+        )
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=NAMES)

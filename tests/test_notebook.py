@@ -1,7 +1,6 @@
 """What a notebook shows of projects, demonstrations, runs and scores, and what plot() draws."""
 
 import re
-import shutil
 from xml.etree import ElementTree
 
 import numpy as np
@@ -13,7 +12,6 @@ from factories import (
     make_labelled_project,
     sine_demonstration,
 )
-from notebook_day import spend_a_day
 
 import forcelab
 from forcelab.cli import main
@@ -137,19 +135,3 @@ def test_where_nothing_can_be_drawn_the_table_stays(project, monkeypatch):
     html = forcelab.latest_run(project)._repr_html_()
     assert "pooled" in html
     assert "Qt needs &lt;libEGL&gt;; install it." in html
-
-
-def test_a_day_in_a_notebook(path, tmp_path):
-    csv = tmp_path / "pull.csv"
-    csv.write_text("time,fx1 (N),label\n0.00,0.5,grab\n0.01,0.7,grab\n0.02,0.9,\n")
-    folder = shutil.copytree(path, tmp_path / "day.forcelab")
-    found = spend_a_day(folder, csv)
-    assert found["seconds of hold"] > 1
-    assert found["mean accuracy"] == pytest.approx(found["mean of each"], abs=1e-12)
-    assert found["lower end"] < found["accuracy"]
-    for picture in ("bump.svg", "pairs.svg"):
-        assert (folder / picture).read_text("utf-8").startswith("<?xml")
-    with forcelab.Project.open(folder) as project:
-        *_, last = project.runs.summaries()
-        assert last.settings["classifier"] == "notebook_day:small_tree"
-        assert project.demonstrations.tasks() == ("foam", "pull")

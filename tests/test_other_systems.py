@@ -5,7 +5,7 @@ import multiprocessing
 import os
 import sys
 import time
-from pathlib import PurePosixPath, PureWindowsPath
+from pathlib import Path, PurePosixPath, PureWindowsPath
 from types import SimpleNamespace
 
 import psutil
@@ -184,7 +184,7 @@ def test_where_windows_cannot_lock_a_journal_counts_as_left_behind(windows, monk
 def test_where_no_virtual_device_is_possible_another_way_is_told(monkeypatch):
     monkeypatch.setattr(emulator, "SUPPORTED", False)
     with pytest.raises(InputError, match="pseudo-terminals of Linux; .* as replay:PROJECT"):
-        emulator.VirtualPort()
+        emulator.VirtualPort(Path("ttyACM0"))
 
 
 def test_the_doctor_tells_what_a_system_lacks(monkeypatch):

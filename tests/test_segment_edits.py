@@ -117,7 +117,7 @@ def test_erasing_agrees_with_the_grid(track, stretch):
     assert segment_edits.erase(track, first * CELL, last * CELL) == grid.segments
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(picked(), st.sampled_from(["start", "end"]), st.data())
 def test_moving_an_edge_agrees_with_the_grid(pick, edge, data):
     track, index = pick
@@ -233,7 +233,7 @@ def verbs(draw: st.DrawFn, track: Segments) -> Segments:
     return choices[draw(st.sampled_from(sorted(choices)))]()
 
 
-@settings(max_examples=150)
+@settings(max_examples=75)
 @given(st.data())
 def test_any_series_of_edits_stays_in_order_and_is_undone_exactly(data):
     history: list[Segments] = [()]

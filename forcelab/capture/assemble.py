@@ -25,7 +25,7 @@ from forcelab.capture.journal import (
     SampleBuffer,
     decode_json,
 )
-from forcelab.clock import ClockMap
+from forcelab.clock import ClockMap, farthest_drift
 from forcelab.demonstration import GAP_PERIODS, Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track, ordered
@@ -67,8 +67,6 @@ class DeviceLog:
 
 @dataclass(eq=False)
 class JournalIndex:
-    """All that a journal holds."""
-
     devices: list[DeviceLog]
     #: Of each camera, shape (m, 3): arrived, the camera's own stamp, and the file's own stamp of
     #: each frame (s).
@@ -556,10 +554,8 @@ def _even_stamps(
         return None
     fitted = fit_timestamps(stamps, np.arange(len(stamps)), breaks, rate, counted=False)
     usual = float(np.median(np.diff(stamps))) or fitted.rate  # those of a delivery may be alike
-    late = stamps - fitted.host
     window = int(np.clip(1.0 / fitted.rate, 1, len(stamps) // 4))
-    parts = np.median(late[: len(late) // window * window].reshape(-1, window), axis=1)
-    complete = np.abs(parts - np.median(late)).max() <= 0.5 * fitted.rate
+    complete = farthest_drift(stamps - fitted.host, window) <= 0.5 * fitted.rate
     return fitted if complete and abs(fitted.rate - usual) <= _ALIKE * usual else None
 
 

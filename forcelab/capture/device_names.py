@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, Final
 from urllib.parse import quote, unquote
 
 from forcelab.capture.device import Device
@@ -17,17 +17,42 @@ from forcelab.capture.replay import RecordedDevice
 from forcelab.capture.text_device import TextDevice
 from forcelab.errors import InputError
 
-T = TypeVar("T")
-D = TypeVar("D")
 
-#: The options of each kind of device, behind a question mark.
-OPTIONS = {
-    "optoforce": ("rate", "filter", "calibration", "serial"),
-    "text": ("baud", "rate"),
-    "encoder": ("scale", "unit", "channel", "rate", "reverse"),
-    "netft": ("force", "torque", "rate"),
-    "lsl": ("source", "dejitter"),
-    "replay": ("demonstration", "loop"),
+def _parse_yes_no(word: str) -> bool:
+    """Whether a word means yes."""
+    meanings = {"yes": True, "no": False, "1": True, "0": False, "true": True, "false": False}
+    if word not in meanings:
+        raise ValueError(word)
+    return meanings[word]
+
+
+#: The options of each kind of device, behind a question mark: what reads a value, and what an error
+#: asks for.
+OPTIONS: Final[dict[str, dict[str, tuple[Callable[[str], Any], str]]]] = {
+    "optoforce": {
+        "rate": (float, "a number, such as rate=1000.0"),
+        "filter": (float, "a number, such as filter=15.0"),
+        "calibration": (Path, "a file"),
+        "serial": (str, "a text"),
+    },
+    "text": {
+        "baud": (int, "a number, such as baud=115200"),
+        "rate": (float, "a number, such as rate=80"),
+    },
+    "encoder": {
+        "scale": (float, "a number, such as scale=1.0"),
+        "unit": (str, "a text"),
+        "channel": (str, "a text"),
+        "rate": (float, "a number, such as rate=512.0"),
+        "reverse": (_parse_yes_no, "yes or no"),
+    },
+    "netft": {
+        "force": (float, "counts a newton, such as force=1000000"),
+        "torque": (float, "counts a Nm, such as torque=1000000"),
+        "rate": (float, "a number, such as rate=1000"),
+    },
+    "lsl": {"source": (str, "a text"), "dejitter": (_parse_yes_no, "yes or no")},
+    "replay": {"demonstration": (str, "a text"), "loop": (_parse_yes_no, "yes or no")},
 }
 
 AnyDevice = OptoForce | TextDevice | Encoder | NetFT | LslStream | RecordedDevice
@@ -53,58 +78,50 @@ def parse_device(name: str) -> AnyDevice:
             f"netft:ADDRESS, lsl:STREAM or replay:PROJECT, such as optoforce:/dev/ttyACM0."
         )
     port, _, behind = rest.partition("?")
-    options = _Options(name, kind, behind)
+    port, options = unquote(port), _parse_options(name, kind, behind)
     if kind == "replay":
-        return _parse_recorded(name, unquote(port), options)
+        demonstration = options.pop("demonstration", "")
+        if not port or not demonstration:
+            raise InputError(
+                f"'{name}' does not say what to play; write a project and one of its "
+                f"demonstrations, such as replay:lab.forcelab?demonstration=pull-03."
+            )
+        return RecordedDevice(Path(port), demonstration, **options)
     if kind == "netft":
         if not port:
             raise InputError(f"'{name}' has no address; write one, such as netft:192.168.1.1.")
-        return NetFT(
-            unquote(port),
-            force=options.take("force", float, 0.0, "counts a newton, such as force=1000000"),
-            torque=options.take("torque", float, 0.0, "counts a Nm, such as torque=1000000"),
-            rate=options.take("rate", float, 0.0, "a number, such as rate=1000"),
-        )
+        return NetFT(port, **options)
     if kind == "lsl":
-        return LslStream(
-            unquote(port),
-            source=options.take("source", str, ""),
-            dejitter=options.take("dejitter", _parse_yes_no, False, "yes or no"),
-        )
-    path = unquote(port) or only_port(kind)
-    if kind == "optoforce":
-        return OptoForce(
-            path,
-            rate=options.take("rate", float, 1000.0),
-            cutoff=options.take("filter", float, 15.0),
-            calibration=options.take("calibration", Path, None),
-            serial=options.take("serial", str, None),
-        )
+        return LslStream(port, **options)
+    path = port or only_port(kind)
     if kind == "text":
-        return TextDevice(
-            path,
-            baud=options.take("baud", int, 115_200),
-            rate=options.take("rate", float, 0.0, "a number, such as rate=80"),
-        )
-    return Encoder(
-        path,
-        scale=options.take("scale", float, 1.0),
-        unit=options.take("unit", str, ""),
-        channel=options.take("channel", str, "opening"),
-        rate=options.take("rate", float, 512.0),
-        reverse=options.take("reverse", _parse_yes_no, False, "yes or no"),
-    )
+        return TextDevice(path, **options)
+    if kind == "encoder":
+        return Encoder(path, **options)
+    if "filter" in options:
+        options["cutoff"] = options.pop("filter")
+    return OptoForce(path, **options)
 
 
-def _parse_recorded(name: str, project: str, options: _Options) -> RecordedDevice:
-    demonstration = options.take("demonstration", str, "")
-    if not project or not demonstration:
-        raise InputError(
-            f"'{name}' does not say what to play; write a project and one of its demonstrations, "
-            f"such as replay:lab.forcelab?demonstration=pull-03."
-        )
-    loop = options.take("loop", _parse_yes_no, True, "yes or no")
-    return RecordedDevice(Path(project), demonstration, loop=loop)
+def _parse_options(name: str, kind: str, behind: str) -> dict[str, Any]:
+    """The options behind the question mark of a name, as far as they are given."""
+    values: dict[str, Any] = {}
+    for part in behind.split("&") if behind else []:
+        key, equals, value = part.partition("=")
+        if key not in OPTIONS[kind] or not equals or key in values:
+            raise InputError(
+                f"'{part}' in '{name}' means nothing; {kind} takes "
+                f"{', '.join(f'{option}=...' for option in OPTIONS[kind])}, each once"
+                f"{'' if equals else '; an & within a value is written as %26'}."
+            )
+        parse, right = OPTIONS[kind][key]
+        try:
+            values[key] = parse(unquote(value))
+        except ValueError as error:
+            raise InputError(
+                f"'{key}={unquote(value)}' in '{name}' does not say a {key}; write {right}."
+            ) from error
+    return values
 
 
 def parse_devices(names: Sequence[str]) -> list[AnyDevice]:
@@ -146,40 +163,3 @@ def number_sensors(devices: Sequence[Device]) -> None:
         if isinstance(device, OptoForce):
             device.first = first
             first += device.sensors
-
-
-class _Options:
-    """The options behind the question mark of a name."""
-
-    def __init__(self, name: str, kind: str, behind: str) -> None:
-        self._name = name
-        self._values: dict[str, str] = {}
-        for part in behind.split("&") if behind else []:
-            key, equals, value = part.partition("=")
-            if key not in OPTIONS[kind] or not equals or key in self._values:
-                raise InputError(
-                    f"'{part}' in '{name}' means nothing; {kind} takes "
-                    f"{', '.join(f'{option}=...' for option in OPTIONS[kind])}, each once"
-                    f"{'' if equals else '; an & within a value is written as %26'}."
-                )
-            self._values[key] = unquote(value)
-
-    def take(self, key: str, kind: Callable[[str], T], default: D, right: str = "") -> T | D:
-        """The value of an option, or its default; `right` is what an error asks for."""
-        if key not in self._values:
-            return default
-        try:
-            return kind(self._values[key])
-        except ValueError as error:
-            raise InputError(
-                f"'{key}={self._values[key]}' in '{self._name}' does not say a {key}; write "
-                f"{right or f'a number, such as {key}={default}'}."
-            ) from error
-
-
-def _parse_yes_no(word: str) -> bool:
-    """Whether a word means yes."""
-    meanings = {"yes": True, "no": False, "1": True, "0": False, "true": True, "false": False}
-    if word not in meanings:
-        raise ValueError(word)
-    return meanings[word]

@@ -5,18 +5,15 @@ The packets are those of :mod:`forcelab.formats.optoforce_packets`.
 
 from __future__ import annotations
 
-import contextlib
 import math
 import os
 import select
 import sys
-import tempfile
 import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from queue import Empty, SimpleQueue
 from typing import Any
 
 import numpy as np
@@ -62,55 +59,16 @@ class SamplingRun:
     device: float
     #: Samples a second of the device's clock; 0 while it stands still.
     rate: float
-    #: Seconds of the device's clock that pass in one of the host's.
-    pace: float
 
     def due(self, now: float) -> int:
         """How many samples it has taken up to a moment of the host's clock."""
         if self.rate == 0 or now < self.start:
             return 0
-        return int((now - self.start) * self.pace * self.rate) + 1
+        return int((now - self.start) * self.rate) + 1
 
     def device_times(self, samples: NDArray[np.int64]) -> NDArray[np.float64]:
         """When samples were taken, in seconds of the device's clock."""
         return self.device + (samples - self.first) / (self.rate or 1.0)
-
-    def host_times(self, samples: NDArray[np.int64]) -> NDArray[np.float64]:
-        """When samples were taken, in seconds of the host's monotonic clock."""
-        return self.start + (self.device_times(samples) - self.device) / self.pace
-
-
-@dataclass(frozen=True)
-class GroundTruth:
-    """What a virtual device measured and when, whatever of it arrived."""
-
-    #: When each sample was taken, in seconds of the host's monotonic clock, and of the device's,
-    #: both of shape (n,).
-    times: NDArray[np.float64]
-    device_times: NDArray[np.float64]
-    #: Its readings before any fault, shape (n, c): counts of an OptoForce, numbers of text lines.
-    values: NDArray[np.float64]
-    #: Whether it was sent as it was, and read, shape (n,).
-    intact: NDArray[np.bool_]
-
-
-def ground_truth(
-    runs: list[SamplingRun],
-    sent: int,
-    spoiled: list[NDArray[np.int64]],
-    values: Callable[[NDArray[np.float64]], NDArray[Any]],
-) -> GroundTruth:
-    """The truth about samples ``0 .. sent - 1``, some of them `spoiled` on their way out."""
-    times, device_times = np.empty(sent), np.empty(sent)
-    ends = [*(run.first for run in runs[1:]), sent]
-    for run, end in zip(runs, ends, strict=False):  # without a run there is nothing yet
-        samples = np.arange(run.first, end)
-        times[run.first : end] = run.host_times(samples)
-        device_times[run.first : end] = run.device_times(samples)
-    intact = np.ones(sent, dtype=bool)
-    for numbers in spoiled:
-        intact[numbers] = False
-    return GroundTruth(times, device_times, values(device_times).astype(np.float64), intact)
 
 
 #: Whether this system has what virtual devices need.
@@ -134,36 +92,24 @@ class VirtualPort(Closable):
     back. What is sent while the port is not open is lost, as it is with a cable.
     """
 
-    def __init__(
-        self, path: Path | None = None, *, burst: float = BURST, waits: bool = False
-    ) -> None:
-        """Without a path it is ``ttyACM0`` in a new temporary folder.
-
-        `burst` seconds lie between two deliveries; where it `waits`, the device's time begins only
-        when its port is opened.
-        """
+    def __init__(self, path: Path) -> None:
         if not SUPPORTED:
             # Windows has no pseudo-terminals, and those of macOS cannot be waited for by poll().
             raise InputError(
                 "A virtual device needs the pseudo-terminals of Linux; play the demonstration in "
                 "Capture as replay:PROJECT?demonstration=NAME, which needs none."
             )
-        #: The port's name; while none was given, only from opening on.
-        self.path = path or Path("ttyACM0")
-        self._folder: Path | None = None
-        self._homeless = path is None
-        self.burst = burst
+        self.path = path
         #: Bytes that were lost because they were not read.
         self.overrun = 0
         #: Set once there is nothing more to send.
         self.ended = threading.Event()
-        self._waits = waits
+        self._waits = True  # until the port is opened; then the device's time begins
         self._started = False
-        self._held_until = 0.0
+        self._since = math.inf  # when its port was opened
         self._backlog = b""
         self._master: int | None = None
         self._poll: Any = None
-        self._requests: SimpleQueue[tuple[Callable[[], None], threading.Event]] = SimpleQueue()
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"virtual {self.path.name}")
 
@@ -174,9 +120,6 @@ class VirtualPort(Closable):
 
     def open(self) -> None:
         """Plug the device in and switch it on; it is opened once only."""
-        if self._homeless:
-            self._folder = Path(tempfile.mkdtemp(prefix="forcelab-port-"))
-            self.path = self._folder / self.path
         self._plug()
         self._thread.start()
 
@@ -186,36 +129,6 @@ class VirtualPort(Closable):
         if self._thread.is_alive():
             self._thread.join(PATIENCE)
         self._unplug()
-        if self._folder is not None:
-            with contextlib.suppress(OSError):
-                self._folder.rmdir()
-
-    def unplug(self) -> None:
-        """Pull the cable: readers see an error, the port's name is gone."""
-        self._ask(self._unplug)
-
-    def replug(self, path: Path | None = None) -> None:
-        """Put the cable back, perhaps at another path."""
-
-        def plug() -> None:
-            self.path = path or self.path
-            self._plug()
-            self._begin(time.monotonic())
-
-        self._ask(plug)
-
-    def stall(self, seconds: float) -> None:
-        """Hold everything back for a while; then it arrives all at once."""
-        self._ask(lambda: setattr(self, "_held_until", time.monotonic() + seconds))
-
-    def _ask(self, request: Callable[[], None]) -> None:
-        """Have something done by the thread that owns the port, and wait until it is done."""
-        if not self._thread.is_alive():
-            request()
-            return
-        done = threading.Event()
-        self._requests.put((request, done))
-        done.wait(PATIENCE)
 
     # What a device does; all of it is called by the port's own thread.
 
@@ -229,9 +142,6 @@ class VirtualPort(Closable):
     def _answer(self, data: bytes) -> bytes:
         """Its answer to bytes that were sent to it."""
         raise NotImplementedError
-
-    def _mark_lost(self) -> None:
-        """What it sent last was lost, because it was not read."""
 
     # The thread.
 
@@ -268,33 +178,25 @@ class VirtualPort(Closable):
 
     def _run(self) -> None:
         """Deliver at the times of an absolute schedule until closed."""
-        begun, since = time.monotonic(), math.inf
+        begun = time.monotonic()
         while not self._closing.is_set():
             now = time.monotonic()
-            self._serve_requests()
-            events = self._poll_events(0.0)
-            has_listener = self._master is not None and not events & POLLHUP
-            since = min(since, now) if has_listener else math.inf
-            if not self._started and (not self._waits or now - since >= OPENING):
-                self._started = True
-                self._begin(now)
-            if self._started and self._master is not None and now >= self._held_until:
-                self._deliver(self._due(now), has_listener)
-            until = begun + self.burst * (int((now - begun) / self.burst) + 1)
+            has_listener = self._master is not None and not self._poll_events(0.0) & POLLHUP
+            self._take_turn(now, has_listener)
+            until = begun + BURST * (int((now - begun) / BURST) + 1)
             if has_listener:
                 self._listen(until)
             else:
                 self._closing.wait(max(until - time.monotonic(), 0.0))
 
-    def _serve_requests(self) -> None:
-        """Do what other threads asked for."""
-        while True:
-            try:
-                request, done = self._requests.get_nowait()
-            except Empty:
-                return
-            request()
-            done.set()
+    def _take_turn(self, now: float, has_listener: bool) -> None:
+        """Switch the device on when it is time, and deliver what is due."""
+        self._since = min(self._since, now) if has_listener else math.inf
+        if not self._started and (not self._waits or now - self._since >= OPENING):
+            self._started = True
+            self._begin(now)
+        if self._started and self._master is not None:
+            self._deliver(self._due(now), has_listener)
 
     def _poll_events(self, timeout: float) -> int:
         """Events of the port within so many seconds, as bits of ``poll``."""
@@ -323,12 +225,9 @@ class VirtualPort(Closable):
         """Write as much as the reader has room for; the rest waits, up to a limit."""
         if not has_listener:
             self._backlog = b""
-            if data:
-                self._mark_lost()
             return
         if len(self._backlog) + len(data) > BACKLOG:
             self.overrun += len(data)
-            self._mark_lost()
             data = b""
         self._backlog += data
         if self._backlog and self._master is not None:
@@ -346,142 +245,89 @@ Absent = Callable[[NDArray[np.float64]], NDArray[np.bool_]]
 
 
 class VirtualSampler(VirtualPort):
-    """A device that takes samples at a rate, and their truth."""
+    """A device that takes samples at a rate."""
 
-    def __init__(
-        self,
-        source: Readings,
-        rate: float,
-        clock_ppm: float,
-        path: Path | None,
-        burst: float,
-        waits: bool,
-        absent: Absent | None = None,
-    ) -> None:
-        """Of the readings of `source`, `rate` samples a second of a clock `clock_ppm` fast.
+    def __init__(self, source: Readings, rate: float, path: Path, absent: Absent) -> None:
+        """`rate` samples a second of the readings of `source`.
 
         Samples that are `absent` never leave it; a counter counts them.
         """
-        super().__init__(path, burst=burst, waits=waits)
+        super().__init__(path)
         #: Seconds of the device's clock after which it has nothing more to send.
         self.duration = np.inf
-        self._source, self._rate, self._pace = source, rate, 1.0 + 1e-6 * clock_ppm
-        self._absent = absent
+        self._source, self._rate, self._absent = source, rate, absent
         self._runs: list[SamplingRun] = []
         self._sent = 0
-        self._last = (0, 0)
-        self._spoiled: list[NDArray[np.int64]] = []
 
     @property
     def begun(self) -> float | None:
         """When its own clock began, in seconds of the host's monotonic one; None before that."""
         return self._runs[0].start if self._runs else None
 
-    def truth(self) -> GroundTruth:
-        """What was measured and when, up to now; settled once the device is closed."""
-        return ground_truth(list(self._runs), self._sent, list(self._spoiled), self._source)
-
     def _begin(self, now: float) -> None:
         self._run_from(now, self._rate)
 
     def _run_from(self, now: float, rate: float) -> None:
         """Take samples from now on at a rate."""
-        origin = self._runs[0].start if self._runs else now
-        self._runs.append(
-            SamplingRun(self._sent, now, (now - origin) * self._pace, rate, self._pace)
-        )
+        self._runs.append(SamplingRun(self._sent, now, self._device_time(now), rate))
 
-    def _take_samples(self, now: float) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Numbers and device times (s) of the samples taken since the last call."""
+    def _device_time(self, now: float) -> float:
+        """A moment of the host's clock in seconds of the device's."""
+        return now - self._runs[0].start if self._runs else 0.0
+
+    def _take_samples(self, now: float) -> NDArray[np.float64]:
+        """Device times (s) of the samples taken since the last call."""
         run = self._runs[-1]
         samples = np.arange(self._sent, run.first + run.due(now))
         times = run.device_times(samples)
-        samples, times = samples[times < self.duration], times[times < self.duration]
-        if run.device + (now - run.start) * run.pace >= self.duration:
+        times = times[times < self.duration]
+        if self._device_time(now) >= self.duration:
             self.ended.set()
-        self._last = (self._sent, self._sent + len(samples))
-        self._sent += len(samples)
-        return samples, times
+        self._sent += len(times)
+        return times
 
-    def _present(
-        self, samples: NDArray[np.int64], times: NDArray[np.float64]
-    ) -> NDArray[np.bool_] | slice:
-        """Which of some samples leave it."""
-        if self._absent is None or not len(times):
-            return slice(None)
-        absent = self._absent(times)
-        self._spoiled.append(samples[absent])
-        return np.logical_not(absent)
+    def _present(self, times: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Which of the samples at device times (s) leave it."""
+        return np.logical_not(self._absent(times))
 
     def _next(self, now: float) -> tuple[NDArray[np.float64], NDArray[Any]]:
         """Device times (s) and readings of the samples that leave it since the last call."""
-        samples, times = self._take_samples(now)
-        times = times[self._present(samples, times)]
+        times = self._take_samples(now)
+        times = times[self._present(times)]
         return times, self._source(times)
-
-    def _mark_lost(self) -> None:
-        if self._last[1] > self._last[0]:
-            self._spoiled.append(np.arange(*self._last))
 
 
 class VirtualTextDevice(VirtualSampler):
-    """A microcontroller that prints a line for each sample."""
+    """A microcontroller that prints a line of names, and below it one for each sample.
+
+    The first column is the device's time in microseconds.
+    """
 
     def __init__(
-        self,
-        source: Readings,
-        rate: float = 80.0,
-        *,
-        names: Sequence[str] = (),
-        header: bool = False,
-        labelled: bool = False,
-        clock: str = "",
-        separator: str = ",",
-        decimals: int = 3,
-        junk: float = 0.0,
-        path: Path | None = None,
-        burst: float = BURST,
-        waits: bool = False,
-        absent: Absent | None = None,
+        self, source: Readings, rate: float, path: Path, absent: Absent, names: Sequence[str]
     ) -> None:
-        """See the parser, :class:`~forcelab.capture.text_device.TextParser`, for its lines.
-
-        With a `header` the names come first each time it is switched on; `labelled`, each value
-        stands behind its name and a colon. `clock` names a first column with the device's time, in
-        microseconds if it is ``"micros"``, else in milliseconds. A share `junk` of the lines
-        follows one that means nothing.
-        """
-        super().__init__(source, rate, 0.0, path, burst, waits, absent)
-        self._names, self._header, self._labelled = tuple(names), header, labelled
-        self._clock, self._separator, self._decimals = clock, separator, decimals
-        self._junk, self._rng = junk, np.random.default_rng(0)
-        self._header_due = False
+        super().__init__(source, rate, path, absent)
+        self._names = tuple(names)
+        self._header_due = True
 
     def _begin(self, now: float) -> None:
         super()._begin(now)
-        self._header_due = self._header
+        self._header_due = True
 
     def _due(self, now: float) -> bytes:
         times, values = self._next(now)
         lines = []
         if self._header_due and len(times):
-            lines.append(self._separator.join([*([self._clock] * bool(self._clock)), *self._names]))
+            lines += self._header()
             self._header_due = False
-        for at, row in zip(times, values, strict=True):
-            if self._junk and self._rng.random() < self._junk:
-                lines.append("#~ sensor not ready")
-            lines.append(self._line(at, row))
+        lines += [self._line(at, row) for at, row in zip(times, values, strict=True)]
         return "".join(f"{line}\r\n" for line in lines).encode("ascii")
 
+    def _header(self) -> list[str]:
+        return ["\t".join(["micros", *self._names])]
+
     def _line(self, time: float, row: NDArray[np.float64]) -> str:
-        """One sample as it is printed."""
-        cells = [f"{value:.{self._decimals}f}" for value in row]
-        if self._labelled:
-            cells = [f"{name}:{cell}" for name, cell in zip(self._names, cells, strict=True)]
-        if self._clock:
-            stamp = f"{(1e6 if self._clock == 'micros' else 1e3) * time:.0f}"
-            cells.insert(0, f"{self._clock}:{stamp}" if self._labelled else stamp)
-        return self._separator.join(cells)
+        return "\t".join([f"{1e6 * time:.0f}", *(f"{value:.6f}" for value in row)])
 
     def _answer(self, _: bytes) -> bytes:
         return b""
@@ -494,8 +340,9 @@ IDENTIFY = bytes((171, 0, 18, 8, 0, 197))
 ZERO = 255
 #: The filters are numbered 0 to this.
 FILTERS = 6
-#: Status bit of the first reading's overload; those of the next ones follow below it.
-OVERLOAD = 9
+#: Status bit of the first reading's overload; those of the next ones follow below it. The counts
+#: from which on a reading is one.
+OVERLOAD, LIMIT = 9, 32_767
 
 
 class VirtualOptoForce(VirtualSampler):
@@ -506,74 +353,33 @@ class VirtualOptoForce(VirtualSampler):
     """
 
     def __init__(
-        self,
-        source: Source,
-        rate: float = 1000.0,
-        *,
-        clock_ppm: float = 0.0,
-        serial: str = "ISE123AB",
-        step: int = 1,
-        first: int = 0,
-        limit: int = 32_767,
-        absent: Absent | None = None,
-        path: Path | None = None,
-        waits: bool = False,
+        self, source: Source, rate: float, path: Path, absent: Absent, serial: str
     ) -> None:
-        """`step` counts lie between two packets, `first` is the counter of the first one.
-
-        A reading saturates at `limit` counts, and its overload is in the status then.
-        """
-        super().__init__(source, rate, clock_ppm, path, BURST, waits, absent)
-        #: Bits that are added to the status of every sample from now on.
-        self.status = 0
-        #: Whether it answers what it is asked; a real one that is broken may not.
-        self.answers = True
-        #: Each configuration it was given: speed, filter and zero byte.
-        self.configured: list[tuple[int, int, int]] = []
+        super().__init__(source, rate, path, absent)
         self._serial = serial
-        self._step, self._first, self._limit = step, first, limit
-        self._counter = first
+        self._counter = 0
         self._zero: NDArray[np.int64] | int = 0
         self._received = b""
 
-    def jump(self, counts: int) -> None:
-        """Let the counter jump ahead."""
-
-        def ahead() -> None:
-            self._counter += counts
-
-        self._ask(ahead)
-
     def _begin(self, now: float) -> None:
         """Switched on: what it was told before is forgotten, but the world went on."""
-        self._zero, self._received, self._counter = 0, b"", self._first
+        self._zero, self._received, self._counter = 0, b"", 0
         super()._begin(now)
 
     def _due(self, now: float) -> bytes:
         """Packets of the samples taken since the last call."""
-        samples, times = self._take_samples(now)
-        if not len(samples):
-            return b""
-        packets, left = self._packets(times), self._present(samples, times)
-        data, intact = self._transmit(packets[left])
-        if not intact.all():
-            self._spoiled.append(samples[left][~intact])
-        return data
-
-    def _transmit(self, packets: NDArray[np.uint8]) -> tuple[bytes, NDArray[np.bool_]]:
-        """The bytes that packets, one a row, become on their way, and which are intact."""
-        return packets.tobytes(), np.ones(len(packets), dtype=np.bool_)
+        times = self._take_samples(now)
+        return self._packets(times)[self._present(times)].tobytes() if len(times) else b""
 
     def _packets(self, times: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Packets of the samples at device times (s)."""
         counts = self._source(times) - self._zero
-        over = np.abs(counts) >= self._limit
         bits = np.left_shift(1, OVERLOAD - np.arange(counts.shape[1]) % 6)
-        status = np.bitwise_or.reduce(np.where(over, bits, 0), axis=1) | self.status
+        status = np.bitwise_or.reduce(np.where(np.abs(counts) >= LIMIT, bits, 0), axis=1)
         # The counter stands at what the next packet has.
-        counters = self._counter + self._step * np.arange(len(times))
-        self._counter = int(counters[-1]) + self._step
-        return build_packets(counters, status, np.clip(counts, -self._limit, self._limit))
+        counters = self._counter + np.arange(len(times))
+        self._counter += len(times)
+        return build_packets(counters, status, np.clip(counts, -LIMIT, LIMIT))
 
     def _answer(self, data: bytes) -> bytes:
         """Answers to whole messages; other bytes are passed over."""
@@ -596,7 +402,7 @@ class VirtualOptoForce(VirtualSampler):
                 break  # its rest is still to come
             else:
                 self._received = self._received[1:]
-        return answer if self.answers else b""
+        return answer
 
     def _configure(self, message: bytes) -> bytes:
         """Do as ordered; the reply says whether that could be done."""
@@ -605,7 +411,6 @@ class VirtualOptoForce(VirtualSampler):
         speed, filtered, zero = message[4:7]
         valid = filtered <= FILTERS
         if valid:
-            self.configured.append((speed, filtered, zero))
             now = time.monotonic()
             rate = 1000.0 / speed if speed else 0.0
             if self._runs and rate != self._runs[-1].rate:
@@ -613,6 +418,5 @@ class VirtualOptoForce(VirtualSampler):
             if zero == 0:
                 self._zero = 0
             elif zero == ZERO and self._runs:
-                passed = (now - self._runs[0].start) * self._pace
-                self._zero = self._source(np.array([passed]))[0]
+                self._zero = self._source(np.array([self._device_time(now)]))[0]
         return with_checksum(bytes((170, 0, 80, 1, 0 if valid else 1)))

@@ -49,8 +49,6 @@ _TURN = 1 << 32
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """The answer to a command."""
-
     #: ``"r"``, ``"w"`` or ``"s"``; ``"e"`` for an error.
     letter: str
     register: int

@@ -125,8 +125,6 @@ _LINE = len(_MAGIC) + 12  # bytes of the first line, at most
 
 
 class RecordKind(IntEnum):
-    """What a record holds."""
-
     HEADER = 1  #: JSON: what is recorded
     BLOCK = 2  #: samples of a device
     EVENT = 3  #: JSON: ``{"at": s, "what": ...}``, such as that a device was unplugged

@@ -25,8 +25,6 @@ from forcelab.errors import InputError
 
 @dataclass(frozen=True, slots=True)
 class RecorderState:
-    """How a recorder does."""
-
     recording: bool
     #: Of the demonstration that is recorded; empty while none is.
     name: str

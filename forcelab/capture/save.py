@@ -201,7 +201,6 @@ def _empty(contents: JournalReader) -> bool:
 
 
 def _remove(journal: Path, contents: JournalReader) -> None:
-    """Remove a journal and its videos."""
     delete_videos(journal.parent, contents)
     with contextlib.suppress(OSError):  # it is offered again, which does no harm
         journal.unlink()

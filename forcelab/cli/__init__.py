@@ -25,8 +25,6 @@ from forcelab.cli.output import printable, quietly
 from forcelab.errors import ForcelabError, UnclearAuthorError, UnclearRateError
 from forcelab.version import full_version
 
-__all__ = ["build_parser", "command_modules", "main"]
-
 MANUAL = """\
 Label and recognise force actions: coders label the segments of demonstrations, a recogniser
 learns them, and human and predicted timelines come out as pairs.

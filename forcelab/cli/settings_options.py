@@ -78,7 +78,6 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_option(group: argparse._ArgumentGroup, field: SettingField, default: object) -> None:
-    """Add the option of one setting."""
     option = f"--{field.name.replace('_', '-')}"
     text = f"{field.tip[0].lower()}{field.tip[1:].rstrip('.')}"
     if not field.label.lower().startswith(field.name):
@@ -126,7 +125,6 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
 
 
 def _value(field: SettingField, text: Any) -> Any:
-    """The value of a setting from that of its option."""
     if field.kind == "windows":
         try:
             return tuple(float(part) for part in text.split(","))

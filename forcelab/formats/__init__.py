@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -15,38 +14,16 @@ from typing import Final, Protocol, cast
 from forcelab.errors import InputError
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.signatures import (
-    announced_kind,
+    Format,
     file_head,
+    find_format,
     names_in_zip,
     naming_file,
     seems_to_be,
 )
 
-__all__ = [
-    "Format",
-    "all_formats",
-    "format_names",
-    "identify",
-    "naming_recording",
-    "preview",
-    "read",
-]
-
 #: Where other packages say that they read a format: an entry point whose object is a `Format`.
 ENTRY_POINTS: Final = "forcelab.formats"
-
-
-@dataclass(frozen=True, slots=True)
-class Format:
-    """A format that can be read."""
-
-    name: str  #: unique
-    description: str  #: a few words that may follow "can read"
-    module: str  #: reads it; imported when it is needed
-    #: first bytes that make it worth importing the module; empty: any that do not announce another
-    #: kind of file
-    starts: tuple[bytes, ...] = ()
-    columns: bool = False  #: whether files have columns or the like, which `preview` tells
 
 
 class _Reader(Protocol):
@@ -62,107 +39,33 @@ class _Reader(Protocol):
         """What the columns would be read as."""
 
 
+_BAG: Final = (b"#ROSBAG V", b"\x89MCAP", b"SQLite format 3\x00", b"rosbag2_bagfile_information:")
+#: The block of the parameters, and a mark.
+_C3D: Final = tuple(bytes([block, 0x50]) for block in range(2, 256))
+_ARROW: Final = (b"PAR1", b"ARROW1\x00\x00", b"\xff\xff\xff\xff")
+_NUMPY: Final = (b"\x93NUMPY", b"PK")
+#: Files of version 4 have no mark; they begin with the type of a variable.
+_MATLAB: Final = (b"MATLAB ", b"\0\0", *(bytes([kind, 0, 0, 0]) for kind in (10, 20, 30, 40, 50)))
 #: In the order in which they are tried; those of other packages come next, then `_LATE`.
 _EARLY: Final = (
-    Format(
-        name="archive",
-        description="archives of projects",
-        module="forcelab.formats.archive",
-        starts=(b"PK",),
-    ),
-    Format(
-        name="excel",
-        description="Excel",
-        module="forcelab.formats.excel",
-        starts=(b"PK",),
-        columns=True,
-    ),
-    Format(
-        name="pdl",
-        description="*.pdl",
-        module="forcelab.formats.pdl",
-        starts=(b"\x80", b"]", b"}", b"(", b"c"),
-    ),
-    Format(
-        name="rosbag",
-        description="ROS bags",
-        module="forcelab.formats.rosbag",
-        starts=(b"#ROSBAG V", b"\x89MCAP", b"SQLite format 3\x00", b"rosbag2_bagfile_information:"),
-        columns=True,
-    ),
-    Format(
-        name="xdf",
-        description="XDF",
-        module="forcelab.formats.xdf",
-        starts=(b"XDF:",),
-        columns=True,
-    ),
-    Format(
-        name="c3d",
-        description="C3D",
-        module="forcelab.formats.c3d",
-        # The block of the parameters, and a mark.
-        starts=tuple(bytes([block, 0x50]) for block in range(2, 256)),
-        columns=True,
-    ),
-    Format(
-        name="tdms",
-        description="TDMS",
-        module="forcelab.formats.tdms",
-        starts=(b"TDSm",),
-        columns=True,
-    ),
-    Format(
-        name="parquet",
-        description="Parquet and Feather",
-        module="forcelab.formats.parquet",
-        starts=(b"PAR1", b"ARROW1\x00\x00", b"\xff\xff\xff\xff"),
-        columns=True,
-    ),
-    Format(
-        name="lerobot",
-        description="LeRobot datasets",
-        module="forcelab.formats.lerobot",
-        starts=(b"{",),
-        columns=True,
-    ),
-    Format(
-        name="numpy",
-        description="NumPy arrays",
-        module="forcelab.formats.numpy_arrays",
-        starts=(b"\x93NUMPY", b"PK"),
-        columns=True,
-    ),
-    Format(
-        name="hdf5",
-        description="HDF5",
-        module="forcelab.formats.hdf5",
-        starts=(b"\x89HDF\r\n\x1a\n",),
-        columns=True,
-    ),
-    Format(
-        name="matlab",
-        description="MATLAB",
-        module="forcelab.formats.matlab",
-        # Files of version 4 have no mark; they begin with the type of a variable.
-        starts=(b"MATLAB ", b"\0\0", *(bytes([kind, 0, 0, 0]) for kind in (10, 20, 30, 40, 50))),
-        columns=True,
-    ),
+    Format("archive", "archives of projects", "forcelab.formats.archive", (b"PK",)),
+    Format("excel", "Excel", "forcelab.formats.excel", (b"PK",), columns=True),
+    Format("pdl", "*.pdl", "forcelab.formats.pdl", (b"\x80", b"]", b"}", b"(", b"c")),
+    Format("rosbag", "ROS bags", "forcelab.formats.rosbag", _BAG, columns=True),
+    Format("xdf", "XDF", "forcelab.formats.xdf", (b"XDF:",), columns=True),
+    Format("c3d", "C3D", "forcelab.formats.c3d", _C3D, columns=True),
+    Format("tdms", "TDMS", "forcelab.formats.tdms", (b"TDSm",), columns=True),
+    Format("parquet", "Parquet and Feather", "forcelab.formats.parquet", _ARROW, columns=True),
+    Format("lerobot", "LeRobot datasets", "forcelab.formats.lerobot", (b"{",), columns=True),
+    Format("numpy", "NumPy arrays", "forcelab.formats.numpy_arrays", _NUMPY, columns=True),
+    Format("hdf5", "HDF5", "forcelab.formats.hdf5", (b"\x89HDF\r\n\x1a\n",), columns=True),
+    Format("matlab", "MATLAB", "forcelab.formats.matlab", _MATLAB, columns=True),
+)
+_TABLE: Final = Format(
+    "table", "tables as text (CSV, TSV, columns)", "forcelab.formats.table", columns=True
 )
 #: Any text might be a table; what is told by its packets wherever they start is never text.
-_LATE: Final = (
-    Format(
-        name="table",
-        description="tables as text (CSV, TSV, columns)",
-        module="forcelab.formats.table",
-        columns=True,
-    ),
-    Format(
-        name="optoforce",
-        description="OptoForce dumps",
-        module="forcelab.formats.optoforce",
-    ),
-)
+_LATE: Final = (_TABLE, Format("optoforce", "OptoForce dumps", "forcelab.formats.optoforce"))
 
 
 @cache
@@ -197,11 +100,9 @@ def identify(path: str | os.PathLike[str]) -> Format:
     path = Path(path)
     with naming_file(path):
         head = file_head(path)
-        announced = announced_kind(head)
-        for format_ in all_formats():
-            worthwhile = head.startswith(format_.starts) if format_.starts else not announced
-            if worthwhile and _module(format_).sniff(path, head):
-                return format_
+        format_ = find_format(all_formats(), "sniff", path, head)
+        if format_ is not None and not (format_ is _TABLE and _is_boris_table(path, head)):
+            return format_
         kind = seems_to_be(head)
         if kind.endswith("video"):
             raise InputError(
@@ -209,9 +110,9 @@ def identify(path: str | os.PathLike[str]) -> Format:
                 f"recording first, then attach the video to it (forcelab attach; in the window "
                 f"Demonstration > Attach video, or a right click in the list)."
             )
-        from forcelab.formats.label_files import identify_labels  # what is labels only is met last
+        from forcelab.formats.label_files import LABEL_FORMATS  # what is labels only is met last
 
-        if identify_labels(path, head) is not None:
+        if find_format(LABEL_FORMATS, "sniff_labels", path, head) is not None:
             raise InputError(
                 f"'{path}' holds labels, which belong to a demonstration: import the recording "
                 f"first, then its labels (forcelab labels; in the window File > Import labels)."
@@ -223,6 +124,13 @@ def identify(path: str | os.PathLike[str]) -> Format:
             )
         readable = ", ".join(format_.description for format_ in all_formats())
         raise InputError(f"'{path}' looks like {kind}; what can be read: {readable}.")
+
+
+def _is_boris_table(path: Path, head: bytes) -> bool:
+    """Whether a table holds events of BORIS, and no samples."""
+    from forcelab.formats.boris import sniff_labels  # only tables need it
+
+    return sniff_labels(path, head)
 
 
 @contextlib.contextmanager

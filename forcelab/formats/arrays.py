@@ -39,7 +39,7 @@ from forcelab.formats.table_sniff import (
     is_time_name,
     unit_of_time,
 )
-from forcelab.formats.timestamps import TimestampReader
+from forcelab.formats.timestamps import RawTimestamps, TimestampReader
 from forcelab.jobs import Progress, finish
 from forcelab.text import listed, natural_order
 
@@ -121,7 +121,7 @@ class Array:
             values = values.astype("M8[ns]")
         elif values.dtype.kind == "m":
             values = values.astype("m8[ns]").astype(np.int64)
-        return values[:first]
+        return values if first is None else values[:first]
 
 
 def check_size(path: str, values: int, stored: int) -> None:
@@ -215,7 +215,7 @@ class _Choice:
                 f"'{tree.path}' holds no array of numbers with a row for each sample"
                 f"{f' ({why[:200]})' if why else ''}; there is nothing to import."
             )
-        options = _without_slashes(options)
+        options = _rename(options, lambda name: (name.removeprefix("/"),))
         roles = _single_roles(options)
         names = [*roles, *options.signals, *options.leave_out]
         #: Beginnings of names of columns, whose arrays are told column by column.
@@ -428,49 +428,46 @@ class _Choice:
             ]
             return tuple(found) or (name,)
 
-        def single(name: str | None) -> str | None:
-            return columns(name)[0] if name else None
-
+        options = _rename(options, columns)
         known = {column.name for column in self.layout.columns}
-        return replace(
-            options,
-            time=single(options.time),
-            label=single(options.label),
-            counter=single(options.counter),
-            signals=tuple(name for text in options.signals for name in columns(text)),
-            leave_out=tuple(
-                name
-                for text in options.leave_out
-                for name in columns(text)
-                if name in known or name.isdecimal()
-            ),
-        )
+        left_out = (name for name in options.leave_out if name in known or name.isdecimal())
+        return replace(options, leave_out=tuple(left_out))
 
     def body(self) -> TableBody:
-        """Read the arrays."""
-        values: dict[int, NDArray[np.float64]] = {}
+        """Read the arrays, that of the times first, while there is nothing else in memory."""
+        numeric = [index for index in range(len(self.parts)) if index in self.roles.numeric]
+        table = np.empty((self.rows, len(numeric)))
         words: dict[int, TextColumn] = {}
         times, before = None, None
-        table = np.empty((0, 0))
-        for index, (array, place) in enumerate(self.parts):
+        parts = sorted(enumerate(self.parts), key=lambda part: part[0] != self.roles.time)
+        for index, (array, place) in parts:
             if array is not before:
-                table, before = array.sample_table(self.rows), array
-                if index in self.roles.numeric:
-                    table = table.astype(np.float64, copy=False)
-                    table[~np.isfinite(table)] = np.nan
+                values = np.empty((0, 0))  # so that the one before is gone when this one comes
+                values, before = array.sample_table(self.rows), array
+                alone = values.shape == table.shape and values.dtype == np.float64
+                if (
+                    alone
+                    and values.base is None
+                    and all(self.parts[i][0] is array for i in numeric)
+                ):
+                    table = values  # which needs no copy
             if index == self.roles.time:
-                column = self.layout.columns[index]
-                reader = TimestampReader(self.layout.cells(index), ".")
-                stamps = table[:, place]
-                read = reader.read(_cells(stamps)) if array.is_text else reader.from_array(stamps)
-                unit = unit_of_time(column)
-                times = reader.finish(read, unit, self.layout.path, column.name)
+                times = self._times(index, values[:, place])
             elif index in self.roles.numeric:
-                values[index] = table[:, place]
+                table[:, numeric.index(index)] = values[:, place]
             else:
-                words[index] = _words(table[:, place], array.codes or self._code_names(array))
-        lines = np.arange(1, self.rows + 1)
-        return TableBody(values, words, lines, np.zeros(self.rows, np.bool_), times)
+                words[index] = _words(values[:, place], array.codes or self._code_names(array))
+        for column in table.T:
+            column[~np.isfinite(column)] = np.nan
+        ragged = np.zeros(self.rows, np.bool_)
+        return TableBody(numeric, table, words, range(1, self.rows + 1), ragged, times)
+
+    def _times(self, index: int, stamps: NDArray[Any]) -> RawTimestamps:
+        column = self.layout.columns[index]
+        reader = TimestampReader(self.layout.cells(index), ".")
+        text = stamps.dtype.kind in "OSU"
+        values = reader.read(_cells(stamps)) if text else reader.from_array(stamps)
+        return reader.finish(values, unit_of_time(column), self.layout.path, column.name)
 
     def _code_names(self, array: Array) -> Mapping[int, str]:
         """What the codes of an array stand for, by a list of words beside it that is as long."""
@@ -582,19 +579,19 @@ def _single_roles(options: ReadOptions) -> list[str]:
     return [name for name in (options.time, options.label, options.counter) if name]
 
 
-def _without_slashes(options: ReadOptions) -> ReadOptions:
-    """The options with names as paths are told, which do not begin with a slash."""
+def _rename(options: ReadOptions, names: Callable[[str], tuple[str, ...]]) -> ReadOptions:
+    """The options with other names for what they name; a role is the first of several."""
 
-    def bare(name: str | None) -> str | None:
-        return name and name.removeprefix("/")
+    def role(name: str | None) -> str | None:
+        return names(name)[0] if name else None
 
     return replace(
         options,
-        time=bare(options.time),
-        label=bare(options.label),
-        counter=bare(options.counter),
-        signals=tuple(name.removeprefix("/") for name in options.signals),
-        leave_out=tuple(name.removeprefix("/") for name in options.leave_out),
+        time=role(options.time),
+        label=role(options.label),
+        counter=role(options.counter),
+        signals=tuple(new for name in options.signals for new in names(name)),
+        leave_out=tuple(new for name in options.leave_out for new in names(name)),
     )
 
 

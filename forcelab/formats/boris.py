@@ -31,8 +31,6 @@ from forcelab.labels import Segment, Track, means_unlabelled
 from forcelab.text import left_out
 from forcelab.vocabulary import Vocabulary
 
-__all__ = ["RESOLUTION", "Observation", "VideoFile", "read_labels", "sniff_labels", "to_boris"]
-
 #: The version of the format, which is not that of the program.
 FORMAT_VERSION = "7.0"
 #: The independent variable that says whose labels they are; a column of BORIS' tables.
@@ -43,8 +41,6 @@ PLAYERS = 8
 
 @dataclass(frozen=True, slots=True)
 class VideoFile:
-    """A video of an observation."""
-
     path: Path
     clock: ClockMap  #: maps force time to the video's
     fps: float = 0.0  #: as the file states; 0 where it is not known, as `seconds` is
@@ -125,7 +121,6 @@ def _behaviour(code: str, key: str, colour: str) -> dict[str, Any]:
 
 
 def _ids(observations: Iterable[Observation]) -> list[str]:
-    """Unique names of the observations."""
     ids: dict[str, None] = {}
     for observation in observations:
         name = new = f"{observation.name} - {observation.track.author}".strip()
@@ -210,8 +205,6 @@ _NOTHING: Final = frozenset(["", "na", "nan", "none", "not found", "live"])
 
 @dataclass(slots=True)
 class _ReadObservation:
-    """What is read of one observation."""
-
     id: str
     observer: str = ""
     offset: float = 0.0  #: of its times to those of its media

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.formats.recording import ReadOptions, Recording
-from forcelab.formats.table import BodyReader, make_recording
+from forcelab.formats.table import BodyReader, as_cells, make_recording
 from forcelab.formats.table_columns import choose_roles
 from forcelab.formats.table_sniff import CellType, Dialect, Layout, column_kinds, name_columns
 
@@ -79,7 +79,7 @@ def read_frame(
         [name for name, _ in columns], [str(units.get(name, "")) for name, _ in columns]
     )
     dialect = Dialect(None, ".", len(columns))
-    sample = tuple(zip(*(_texts(values[:_SAMPLE_ROWS]) for _, values in columns), strict=True))
+    sample = tuple(zip(*(as_cells(values[:_SAMPLE_ROWS]) for _, values in columns), strict=True))
     kinds = tuple(
         {"M": CellType.STAMP, "O": kind}.get(values.dtype.kind, CellType.NUMBER)
         for (_, values), kind in zip(columns, column_kinds(sample, dialect), strict=True)
@@ -92,7 +92,7 @@ def read_frame(
         {
             index: values
             if values.dtype.kind != "O" and (index in roles.numeric or index == roles.time)
-            else _texts(values)
+            else as_cells(values)
             for index, (_, values) in enumerate(columns)
         },
     )
@@ -153,13 +153,3 @@ def _values(column: Any) -> NDArray[Any]:
     missing = column.isna() if hasattr(column, "isna") else [v is None or v != v for v in values]  # noqa: PLR0124 - NaN
     pairs = zip(values, missing, strict=True)
     return np.array(["" if lacks else " ".join(str(v).split()) for v, lacks in pairs], object)
-
-
-def _texts(values: NDArray[Any]) -> list[str]:
-    """Values as they would stand in a text table."""
-    if values.dtype.kind == "O":
-        return list(values)
-    if values.dtype.kind == "M":
-        return ["" if text == "NaT" else text for text in np.datetime_as_string(values).tolist()]
-    # Whole numbers of labels may be floats as some are missing.
-    return ["" if text == "nan" else text.removesuffix(".0") for text in map(str, values.tolist())]

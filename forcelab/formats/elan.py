@@ -26,8 +26,6 @@ from forcelab.labels import Track
 from forcelab.text import counted
 from forcelab.vocabulary import COLOURS
 
-__all__ = ["read_labels", "sniff_labels", "to_elan", "to_time_series", "write_time_series"]
-
 _SCHEMA = "http://www.mpi.nl/tools/elan/EAFv3.0.xsd"
 _XSI = "http://www.w3.org/2001/XMLSchema-instance"
 #: What XML 1.0 cannot hold, not even escaped.

@@ -266,6 +266,5 @@ class Attributes:
         return result
 
     def rate(self) -> float | None:
-        """The samples a second."""
         rate = self.number(tuple(name for name in self._names if is_rate_name(name)))
         return rate if rate is not None and 1e-9 < rate < 1e9 else None

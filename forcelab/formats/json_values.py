@@ -13,8 +13,6 @@ from typing import Any, Final
 
 from forcelab.errors import InputError
 
-__all__ = ["JsonValue", "read_json"]
-
 #: How files begin that are compressed.
 GZIP: Final = b"\x1f\x8b"
 #: Bytes of the longest file that is read; once parsed it takes ten times as much memory.

@@ -26,8 +26,6 @@ from forcelab.labels import Segment, Track, is_model, means_unlabelled
 from forcelab.text import left_out
 from forcelab.vocabulary import Vocabulary
 
-__all__ = ["forces_task", "interface", "local_file", "read_labels", "sniff_labels", "video_task"]
-
 #: What the labelling interface calls its label control.
 CONTROL: Final = "action"
 #: Before the author in the note of each region, which Label Studio keeps.

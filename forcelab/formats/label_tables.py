@@ -187,8 +187,6 @@ def read_labels(path: Path, options: LabelOptions) -> list[LabelSet]:
 
 @dataclass(frozen=True, slots=True)
 class _Rows:
-    """The rows of a labels file."""
-
     layout: Layout
     places: tuple[int, int, int, int | None]  #: columns of start, end, action and author
     at: list[int]  #: the line of each

@@ -43,8 +43,6 @@ SEAM: Final = b"'\nb'"
 
 @dataclass(frozen=True)
 class Dump:
-    """What a dump holds."""
-
     packets: Packets
     kind: SensorKind | None
     statistics: Statistics
@@ -159,7 +157,6 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
 
 
 def _refuse_repairs(path: Path, dump: Dump, unwrapper: Unwrapper) -> None:
-    """Refuse a dump that is not complete."""
     if dump.statistics.bad_checksums:
         fault = f"wrong checksum of {counted(dump.statistics.bad_checksums, 'packet')}"
     elif unwrapper.missing:

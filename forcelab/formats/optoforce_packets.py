@@ -1,9 +1,7 @@
 """Packets of OptoForce DAQs: frames, samples, status words and the sample counter.
 
 A stream is read from the left. Where no frame starts, or one with a wrong checksum, the reading
-goes on by one byte only, as the bytes of a header may lie inside a payload. That order is kept
-although a whole stretch is looked at together: numpy searches the headers, and the sums of all that
-were found are differences of one cumulative sum.
+goes on by one byte only, as the bytes of a header may lie inside a payload.
 
 Everything is big-endian. Byte 3 of a header is the length of the payload, and a checksum is the
 sum of all bytes before it, header included, modulo 65,536:
@@ -38,165 +36,24 @@ that the host's clock decides how many turns it made, or whether it jumped.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+import re
+from dataclasses import dataclass
+from functools import cache
 from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-#: The first byte of every header, and the number of bytes of one.
-_START, _HEADER = 170, 4
-
 
 @dataclass(frozen=True, slots=True)
 class FrameType:
-    """One type of frame."""
-
     header: bytes  #: four bytes, the first of them 170
     size: int  #: bytes, header and checksum included
-
-
-@dataclass(frozen=True)
-class Frames:
-    """The frames in a stretch of bytes, n of them."""
-
-    starts: NDArray[np.int64]  #: place of each valid frame, increasing; frames never overlap
-    sizes: NDArray[np.int64]
-    types: NDArray[np.int64]  #: which of the types that were looked for
-    bad: NDArray[np.int64]  #: places of headers, in no frame, whose checksum was wrong
-    used: int  #: bytes that were read; what follows may be the start of a frame
-
-    @property
-    def skipped(self) -> int:
-        """Bytes that were read and are in no frame."""
-        return self.used - int(self.sizes.sum())
-
-    def before(self, place: int) -> Frames:
-        """The frames before a place that lies in no frame, or at the start of one."""
-        keep = self.starts < place
-        return Frames(
-            self.starts[keep],
-            self.sizes[keep],
-            self.types[keep],
-            self.bad[self.bad < place],
-            place,
-        )
 
 
 def with_checksum(body: bytes) -> bytes:
     """A header and payload with their checksum behind them."""
     return body + (sum(body) & 0xFFFF).to_bytes(2, "big")
-
-
-def find_frames(array: NDArray[np.uint8], types: Sequence[FrameType], *, final: bool) -> Frames:
-    """Find the valid frames in a stretch of bytes, from the left.
-
-    Unless it is `final`, the reading stops at the first frame that is not complete, as it is not
-    known yet whether it is one.
-    """
-    places, kinds, sizes = _headers(array, types)
-    complete = places + sizes <= len(array)
-    valid = complete.copy()
-    valid[complete] = _sums_agree(array, places[complete], sizes[complete])
-    chosen = _never_overlapping(places[valid], sizes[valid])
-    starts, lengths = places[valid][chosen], sizes[valid][chosen]
-    frames = Frames(starts, lengths, kinds[valid][chosen], starts[:0], len(array))
-    frames = replace(frames, bad=_outside(frames, places[complete & ~valid]))
-    if not final:
-        torn = _torn_header(array, types)
-        unfinished = _outside(frames, np.concatenate([places[~complete], torn]))
-        if unfinished.size:
-            frames = frames.before(int(unfinished[0]))
-    return frames
-
-
-def clean_run(data: bytes, frame: FrameType) -> int:
-    """How many valid packets stand at the start, one right behind the other.
-
-    A device that is read live gives a few packets at a time: this is tenfold faster for them.
-    """
-    place, size = 0, frame.size
-    while place + size <= len(data) and data.startswith(frame.header, place):
-        end = place + size
-        total = sum(data[place : end - 2]) & 0xFFFF
-        if total != data[end - 2] << 8 | data[end - 1]:
-            break
-        place = end
-    return place // size
-
-
-def is_start(data: bytes, frame: FrameType) -> bool:
-    """Whether all that is left is the unfinished start of a packet, or nothing."""
-    return len(data) < frame.size and data[:4] == frame.header[: len(data)]
-
-
-def _headers(
-    array: NDArray[np.uint8], types: Sequence[FrameType]
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Places of all complete headers, which type each has, and how long its frame is."""
-    places = np.flatnonzero(array[: max(len(array) - _HEADER + 1, 0)] == _START)
-    rest = array[places + 1].astype(np.int64) << 16
-    rest |= array[places + 2].astype(np.int64) << 8
-    rest |= array[places + 3]
-    kinds = np.full(len(places), -1, np.int64)
-    for number, type_ in enumerate(types):
-        kinds[rest == int.from_bytes(type_.header[1:], "big")] = number
-    known = kinds >= 0
-    kinds = kinds[known]
-    sizes = np.array([type_.size for type_ in types], np.int64)
-    return places[known], kinds, sizes[kinds]
-
-
-def _torn_header(array: NDArray[np.uint8], types: Sequence[FrameType]) -> NDArray[np.int64]:
-    """Places at the very end where the first bytes of a header stand."""
-    first = max(len(array) - _HEADER + 1, 0)
-    end = array[first:].tobytes()
-    return np.array(
-        [
-            first + i
-            for i in range(len(end))
-            if any(type_.header.startswith(end[i:]) for type_ in types)
-        ],
-        np.int64,
-    )
-
-
-def _sums_agree(
-    array: NDArray[np.uint8], places: NDArray[np.int64], sizes: NDArray[np.int64]
-) -> NDArray[np.bool_]:
-    """Whether each frame ends with the sum of its bytes, modulo 65,536."""
-    if not places.size:
-        return np.zeros(0, np.bool_)
-    # A sum that wraps at 2 ** 32 leaves differences right.
-    sums = np.cumsum(array, dtype=np.uint32)
-    ends = places + sizes
-    total = sums[ends - 3] - sums[places] + array[places]
-    expected = array[ends - 2].astype(np.uint32) * 256 + array[ends - 1]
-    agree: NDArray[np.bool_] = (total & 0xFFFF) == expected
-    return agree
-
-
-def _never_overlapping(places: NDArray[np.int64], sizes: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which frames remain when each is followed by the next one that starts behind its end."""
-    chosen = np.ones(len(places), np.bool_)
-    if np.any(places[1:] < places[:-1] + sizes[:-1]):
-        free = 0
-        for i, (place, size) in enumerate(zip(places.tolist(), sizes.tolist(), strict=True)):
-            chosen[i] = place >= free
-            if place >= free:
-                free = place + size
-    return chosen
-
-
-def _outside(frames: Frames, places: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Those of some places that lie inside no valid frame."""
-    if not frames.starts.size or not places.size:
-        return places
-    before = np.searchsorted(frames.starts, places, side="right") - 1
-    ends = frames.starts[before] + frames.sizes[before]
-    outside: NDArray[np.int64] = places[(before < 0) | (places >= ends)]
-    return outside
 
 
 @dataclass(frozen=True, slots=True)
@@ -229,16 +86,27 @@ KINDS: Final = (
 )
 #: What a DAQ answers: how it took a configuration, and its serial number.
 _REPLIES: Final = (FrameType(bytes([170, 0, 80, 1]), 7), FrameType(bytes([170, 0, 18, 8]), 14))
+_REPLY_HEADERS: Final = frozenset(frame.header for frame in _REPLIES)
+#: Bytes of each frame, by its header.
+_FRAME_BYTES: Final = {
+    frame.header: frame.size for frame in (*(kind.frame for kind in KINDS), *_REPLIES)
+}
 #: Bytes that are looked at together, so that a large file needs no multiple of its size.
 _BLOCK_BYTES = 1 << 20
-#: Bytes up to which a loop over packets beats numpy.
-_SHORT_BYTES = 2048
+
+
+@cache
+def _headers(kind: SensorKind | None) -> re.Pattern[bytes]:
+    """Finds headers of a kind, or of all kinds, and of replies; at the end the beginning of one."""
+    kinds = KINDS if kind is None else (kind,)
+    whole = [frame.header for frame in (*(kind.frame for kind in kinds), *_REPLIES)]
+    torn = dict.fromkeys(header[:length] for header in whole for length in (3, 2, 1))
+    parts = [*map(re.escape, whole), *(re.escape(start) + rb"\Z" for start in torn)]
+    return re.compile(b"|".join(parts))
 
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """An answer of a DAQ."""
-
     code: int | None = None  #: of a configuration: 0 if it was accepted
     serial: str | None = None  #: its serial number, if that was asked for
 
@@ -269,12 +137,12 @@ class Packets:
 class Parser:
     """Finds the packets in a stream.
 
-    A connection has packets of one kind: that of the first valid packet, or the one given. Headers
-    of other kinds are not looked at after that.
+    A connection has packets of one kind, that of the first valid packet. Headers of other kinds are
+    not looked at after that.
     """
 
-    def __init__(self, kind: SensorKind | None = None) -> None:
-        self.kind = kind
+    def __init__(self) -> None:
+        self.kind: SensorKind | None = None
         self.statistics = Statistics()
         self._tail = b""
         self._offset = 0  # of the tail's first byte in the stream
@@ -287,9 +155,8 @@ class Parser:
 
     def feed(self, data: bytes) -> Packets:
         """The packets that are complete with these bytes; an unfinished end waits for the next."""
-        pieces = []
-        for start in range(0, len(data), _BLOCK_BYTES):
-            pieces += self._scan(self._tail + data[start : start + _BLOCK_BYTES], final=False)
+        starts = range(0, len(data), _BLOCK_BYTES)
+        pieces = [self._scan(self._tail + data[i : i + _BLOCK_BYTES], final=False) for i in starts]
         return _join_packets(pieces, self.kind)
 
     def finish(self) -> Packets:
@@ -298,67 +165,59 @@ class Parser:
         What is in no packet counts as skipped; the parser may be fed again, as after a cable was
         plugged in once more.
         """
-        return _join_packets(self._scan(self._tail, final=True), self.kind)
+        return self._scan(self._tail, final=True)
 
     def take_replies(self) -> list[Reply]:
         """The replies since the last call."""
         taken, self._replies = self._replies, []
         return taken
 
-    def _scan(self, data: bytes, *, final: bool) -> list[Packets]:
-        """Take complete packets from the left and buffer the rest, unless nothing follows."""
-        pieces: list[Packets] = []
-        if self.kind is None:
-            data = self._first(data, final)
-        elif len(data) < _SHORT_BYTES and (run := clean_run(data, self.kind.frame)):
-            rows = np.frombuffer(data, np.uint8, run * self.kind.frame.size)
-            starts = np.arange(run) * self.kind.frame.size
-            pieces.append(self._packets(rows.reshape(run, -1), starts))
-            so_far, data = self.statistics, data[len(rows) :]
-            self.statistics = replace(so_far, packets=so_far.packets + run)
-            self._offset += len(rows)
-        if self.kind is not None and (final or not is_start(data, self.kind.frame)):
-            array = np.frombuffer(data, np.uint8)
-            frames = _find_packets(array, (self.kind,), final)
-            starts, size = frames.starts[frames.types == 0], self.kind.frame.size
-            if starts.size:
-                rows = np.lib.stride_tricks.sliding_window_view(array, size)[starts]
-                pieces.append(self._packets(rows, starts))
-            self._note(data, frames, 1)
-            data = data[frames.used :]
-        self._tail = data
-        return pieces
+    def _scan(self, data: bytes, *, final: bool) -> Packets:
+        """Take whole frames from the left and buffer the rest, unless nothing follows."""
+        starts: list[int] = []
+        replies, bad, place, in_frames = 0, 0, 0, 0
+        while (match := _headers(self.kind).search(data, place)) is not None:
+            start, header = match.start(), match[0]
+            size = _FRAME_BYTES.get(header)  # None where the header itself is not whole
+            if size is None or start + size > len(data):
+                if not final:
+                    break
+                place = start + 1
+                continue
+            frame = data[start : start + size]
+            if with_checksum(frame[:-2]) != frame:
+                bad, place = bad + 1, start + 1
+                continue
+            place, in_frames = start + size, in_frames + size
+            if header in _REPLY_HEADERS:
+                replies += 1
+                self._replies.append(_parse_reply(frame))
+                continue
+            starts.append(start)
+            if self.kind is None:
+                self.kind = next(kind for kind in KINDS if kind.frame.header == header)
+        used = len(data) if match is None else match.start()
+        packets = self._packets(data, np.array(starts, np.int64))
+        before = self.statistics
+        self.statistics = Statistics(
+            before.packets + len(packets),
+            before.replies + replies,
+            before.bad_checksums + bad,
+            before.skipped_bytes + used - in_frames,
+        )
+        self._offset += used
+        self._tail = data[used:]
+        return packets
 
-    def _first(self, data: bytes, final: bool) -> bytes:
-        """Look for the first packet of any kind; gives the bytes from there on."""
-        frames = _find_packets(np.frombuffer(data, np.uint8), KINDS, final)
-        of_data = np.flatnonzero(frames.types < len(KINDS))
-        if of_data.size:
-            self.kind = KINDS[int(frames.types[of_data[0]])]
-            # From the first packet on, headers of other kinds mean nothing.
-            frames = frames.before(int(frames.starts[of_data[0]]))
-        self._note(data, frames, len(KINDS))
-        return data[frames.used :]
-
-    def _packets(self, rows: NDArray[np.uint8], starts: NDArray[np.int64]) -> Packets:
-        """Decode packets, one a row."""
+    def _packets(self, data: bytes, starts: NDArray[np.int64]) -> Packets:
+        """Decode the packets that start at these places."""
+        if self.kind is None or not starts.size:
+            return _join_packets([], self.kind)
+        array = np.frombuffer(data, np.uint8)
+        rows = np.lib.stride_tricks.sliding_window_view(array, self.kind.frame.size)[starts]
         words = np.ascontiguousarray(rows[:, 4:-2]).view(">u2").astype(np.uint16)
         values = words[:, 2:].view(np.int16)
         return Packets(words[:, 0], words[:, 1], values, starts + self._offset)
-
-    def _note(self, data: bytes, frames: Frames, kinds: int) -> None:
-        """Count the frames, store the replies, and advance in the stream."""
-        replies = np.flatnonzero(frames.types >= kinds)
-        for start, size in zip(frames.starts[replies], frames.sizes[replies], strict=True):
-            self._replies.append(_parse_reply(data[start : start + size]))
-        so_far = self.statistics
-        self.statistics = Statistics(
-            so_far.packets + len(frames.starts) - len(replies),
-            so_far.replies + len(replies),
-            so_far.bad_checksums + len(frames.bad),
-            so_far.skipped_bytes + frames.skipped,
-        )
-        self._offset += frames.used
 
 
 def parse_all(data: bytes) -> tuple[Parser, Packets]:
@@ -381,11 +240,6 @@ def _join_packets(pieces: list[Packets], kind: SensorKind | None) -> Packets:
         np.concatenate([piece.values for piece in pieces]),
         np.concatenate([piece.offsets for piece in pieces]),
     )
-
-
-def _find_packets(array: NDArray[np.uint8], kinds: tuple[SensorKind, ...], final: bool) -> Frames:
-    """The packets of some kinds, and the replies, whose types are numbered behind them."""
-    return find_frames(array, [*(kind.frame for kind in kinds), *_REPLIES], final=final)
 
 
 def _parse_reply(frame: bytes) -> Reply:

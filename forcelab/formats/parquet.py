@@ -20,7 +20,7 @@ from forcelab.errors import InputError
 from forcelab.extras import load_extra
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.signatures import naming_damage
-from forcelab.formats.table import BodyReader, make_recording, preview_layout
+from forcelab.formats.table import BodyReader, as_cells, make_recording, preview_layout
 from forcelab.formats.table_columns import ColumnRoles, choose_roles
 from forcelab.formats.table_sniff import (
     CellType,
@@ -137,7 +137,7 @@ def _sniff_table(path: Path) -> _Table:
                 units.append(_unit(field_type))
                 types.append(_kind(field_type, source.width))
         named, remarks = name_columns(header, units)
-        cells = [_texts(columns[i]) for i in range(len(header))]
+        cells = [as_cells(columns[i]) for i in range(len(header))]
     dialect = Dialect(None, ".", len(header))
     rows = tuple(zip(*cells, strict=True))
     kinds = tuple(
@@ -388,19 +388,6 @@ def _values(array: Any) -> NDArray[Any] | list[str]:
     return np.asarray(array.to_numpy(zero_copy_only=False))
 
 
-def _texts(column: NDArray[Any] | list[str]) -> list[str]:
-    """The cells of a column as they would stand in a text table."""
-    if isinstance(column, list):
-        return column
-    if column.dtype.kind in "Mm":
-        clock = column.dtype.kind == "m"
-        dates = np.datetime64("1970-01-01") + column if clock else column
-        texts = ["" if text == "NaT" else text for text in np.datetime_as_string(dates).tolist()]
-        return [text.partition("T")[2] for text in texts] if clock else texts
-    # Whole numbers of labels may be floats as some are missing.
-    return ["" if text == "nan" else text.removesuffix(".0") for text in map(str, column.tolist())]
-
-
 def _cells(
     columns: Mapping[int, NDArray[Any] | list[str]],
     layout: Layout,
@@ -418,7 +405,7 @@ def _cells(
         if index in roles.numeric or index == roles.time:
             result[index] = column
         elif first or index == roles.label or layout.kinds[index] is not CellType.STAMP:
-            result[index] = _texts(column)
+            result[index] = as_cells(column)
     return result
 
 

@@ -14,8 +14,6 @@ from forcelab.errors import InputError
 from forcelab.labels import Track
 from forcelab.project import Note
 
-__all__ = ["ANY_USE", "ColumnUse", "ReadOptions", "Recording", "Use", "parse_episodes"]
-
 
 @dataclass(frozen=True, slots=True)
 class ReadOptions:
@@ -160,8 +158,6 @@ ANY_USE: tuple[Use, ...] = ("signal", "times", "counter", "labels", "left out")
 
 @dataclass(frozen=True, slots=True)
 class ColumnUse:
-    """A column and what it is read as."""
-
     name: str
     unit: str
     use: Use  #: a counter is no signal; where there are no times it stands in for them

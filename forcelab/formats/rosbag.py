@@ -20,7 +20,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from forcelab.demonstration import Channel, Demonstration, VideoReference
+from forcelab.demonstration import Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
 from forcelab.formats.label_tables import own_or_beside_tracks
@@ -64,7 +64,7 @@ def select_fields(topics: Sequence[Contents], options: ReadOptions) -> list[Topi
         if not any(values_within(address, name) for address in addresses):
             raise _unknown(name, "values", [field_.address for field_ in all_fields])
     chosen = with_sensors(
-        [part for field_ in all_fields if (part := _requested_fields(field_, options)).leaves]
+        [part for field_ in all_fields if (part := field_.requested(options)).leaves]
     )
     if not chosen:
         left = " but what is left out" if options.leave_out else ""
@@ -131,18 +131,6 @@ def left_numbers(topics: Sequence[Contents], read: Sequence[TopicData]) -> list[
         for field_ in topic.numbers
         if field_.address not in used and field_.address not in topic.words
     ]
-
-
-def _requested_fields(field_: Field, options: ReadOptions) -> Field:
-    """The part of a field that is read: of a force all, else what is asked for."""
-    return field_.part(
-        [
-            i
-            for i, address in enumerate(field_.addresses)
-            if (field_.force or any(values_within(address, name) for name in options.signals))
-            and not any(values_within(address, name) for name in options.leave_out)
-        ]
-    )
 
 
 def _sizes(first: object, fields: Sequence[Field]) -> dict[FieldPath, int]:
@@ -215,11 +203,7 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
         aligned = align_topics(data, str(path), strict=options.strict, pictures=pictures)
         videos, video_remarks = _write_videos(bag, aligned.frames, options)
     fields = [field_ for topic in data for field_ in topic.fields]
-    channels = tuple(
-        Channel(name, unit)
-        for field_ in fields
-        for name, unit in zip(field_.names, field_.units, strict=True)
-    )
+    channels = tuple(channel for field_ in fields for channel in field_.channels)
     demonstration = Demonstration(
         bag_path.stem if bag_path.is_file() else bag_path.name,
         options.task or "",

@@ -23,8 +23,9 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.demonstration import GAP_PERIODS
+from forcelab.demonstration import GAP_PERIODS, Channel
 from forcelab.errors import InputError
+from forcelab.formats.recording import ReadOptions
 from forcelab.formats.table_sniff import is_label_name
 from forcelab.formats.timestamps import RawTimestamps, repair_timestamps
 from forcelab.signals.grid import interpolate
@@ -58,7 +59,7 @@ class Field:
     leaves: tuple[FieldPath, ...]  #: to each of them
     names: tuple[str, ...]  #: of the channels that they become
     units: tuple[str, ...]
-    force: bool  #: whether they are forces or torques
+    force: bool  #: whether they are forces or torques, which are read without being asked for
 
     @property
     def address(self) -> str:
@@ -70,8 +71,19 @@ class Field:
         """Those of each number."""
         return [address_of(self.topic, leaf) for leaf in self.leaves]
 
-    def part(self, places: Sequence[int]) -> Field:
-        """Only some of the numbers."""
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """What they become."""
+        return tuple(map(Channel, self.names, self.units))
+
+    def requested(self, options: ReadOptions) -> Field:
+        """Those of them that are read: of a force all, else what is asked for."""
+        places = [
+            i
+            for i, address in enumerate(self.addresses)
+            if (self.force or any(values_within(address, name) for name in options.signals))
+            and not any(values_within(address, name) for name in options.leave_out)
+        ]
         return replace(
             self,
             leaves=tuple(self.leaves[i] for i in places),

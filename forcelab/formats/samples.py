@@ -21,8 +21,6 @@ from forcelab.extras import load_extra
 from forcelab.formats.track_text import quoted_text
 from forcelab.labels import Segment, Segments, Track, to_codes
 
-__all__ = ["LABELS_OF", "PROBABILITY_OF", "SAMPLES", "Prediction", "SampleTable"]
-
 #: What the names of the files end in, before their suffix, as recordings may lie beside them.
 SAMPLES: Final = ".samples"
 #: What the names of columns of labels and of probabilities begin with.
@@ -80,7 +78,6 @@ class SampleTable:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The names of the columns."""
         names = ["time (s)", *self._signals, *self._labels]
         if self._prediction is not None:
             names.append(f"{PROBABILITY_OF}{self._prediction.author}")

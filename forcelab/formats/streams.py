@@ -96,10 +96,7 @@ def make_recording(
         topics, str(path), strict=options.strict, topic_word="stream", message_word="sample"
     )
     channels = tuple(
-        Channel(name, unit)
-        for topic in topics
-        for field_ in topic.fields
-        for name, unit in zip(field_.names, field_.units, strict=True)
+        channel for topic in topics for field_ in topic.fields for channel in field_.channels
     )
     demonstration = Demonstration(
         path.stem,
@@ -174,26 +171,8 @@ def _choose(
                 f"it has no values called '{name}'; name one of {listed(known)}, or a "
                 "channel as in STREAM.CHANNEL."
             )
-    fields = []
-    for stream in streams:
-        places = [
-            i
-            for i, address in enumerate(stream.addresses)
-            if (stream.chosen or any(values_within(address, name) for name in options.signals))
-            and not any(values_within(address, name) for name in options.leave_out)
-        ]
-        if places and stream.times.size >= _FEWEST:
-            channels = [stream.channels[i] for i in places]
-            fields.append(
-                Field(
-                    stream.name,
-                    (),
-                    tuple((channel.name,) for channel in channels),
-                    tuple(channel.name for channel in channels),
-                    tuple(channel.unit for channel in channels),
-                    force=False,
-                )
-            )
+    fields = [_field(stream).requested(options) for stream in streams]
+    fields = [field_ for field_ in fields if field_.leaves]
     if not fields:
         known = [stream.name for stream in streams]
         raise InputError(
@@ -205,6 +184,15 @@ def _choose(
             )
         )
     return with_sensors(fields)
+
+
+def _field(stream: Stream) -> Field:
+    """The channels of a stream that is long enough to be one."""
+    channels = stream.channels if stream.times.size >= _FEWEST else ()
+    names = tuple(channel.name for channel in channels)
+    leaves = tuple((name,) for name in names)
+    units = tuple(channel.unit for channel in channels)
+    return Field(stream.name, (), leaves, names, units, force=stream.chosen)
 
 
 def _topic(stream: Stream, fields: tuple[Field, ...], zero: float) -> TopicData:

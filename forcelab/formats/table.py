@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError, UnclearRateError
-from forcelab.formats.boris import sniff_labels as is_boris
 from forcelab.formats.label_tables import is_label_table, own_or_beside_tracks
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording, Use
 from forcelab.formats.samples import SAMPLES
@@ -75,11 +74,8 @@ _TABLE_SHARE = 0.5
 
 
 def sniff(path: Path, head: bytes) -> bool:
-    """Whether a file is a text table: rows of numbers, or a text called ``.csv`` or ``.tsv``.
-
-    A table of events of BORIS is none.
-    """
-    if not is_text(head) or is_boris(path, head):
+    """Whether a file is a text table: rows of numbers, or a text called ``.csv`` or ``.tsv``."""
+    if not is_text(head):
         return False
     if path.suffix.lower() in _SUFFIXES:
         return True
@@ -130,7 +126,7 @@ def make_recording(
 ) -> Recording:
     """A demonstration of the rows of a table, with its labels and those `beside` its file."""
     if body.times is not None and roles.nanoseconds is not None:
-        nanoseconds = body.values[roles.nanoseconds]
+        nanoseconds = body.table[:, body.numeric.index(roles.nanoseconds)]
         if (nanoseconds >= 1e9).any():
             rest = layout.columns[roles.nanoseconds].name
             raise InputError(
@@ -146,10 +142,11 @@ def make_recording(
     repaired = _times(table, options)
     remarks += repaired.remarks
     indices, left_out_remarks = _channel_columns(table)
-    signals = np.empty((len(repaired.rows), len(indices)))
-    for place, index in enumerate(indices):
-        # What has become a channel is not kept beside it: there may be gigabytes.
-        signals[:, place] = table.body.values.pop(index)[repaired.rows]
+    signals = body.table
+    if indices != body.numeric or not repaired.kept.all():
+        signals = np.empty((repaired.times.size, len(indices)))
+        for place, index in enumerate(indices):
+            signals[:, place] = table.values[index][repaired.kept]
     channels = tuple(Channel(layout.columns[i].name, layout.columns[i].unit) for i in indices)
     unrequested = [column for column, i in enumerate(indices) if i not in roles.signals]
     remarks += [
@@ -183,11 +180,27 @@ _RAGGED_ROWS = 1000
 class TableBody:
     """The rows of a table, n of them."""
 
-    values: dict[int, NDArray[np.float64]]  #: of each numeric column, by index
+    numeric: list[int]  #: the columns of numbers but the one of times
+    #: What they hold, side by side, shape (n, len(numeric)): where all of them become channels
+    #: these are the signals, as there may be no room for a copy.
+    table: NDArray[np.float64]
     words: dict[int, TextColumn]  #: all other columns but the one of times
-    lines: NDArray[np.int64]  #: 1-based line of each row
+    lines: NDArray[np.int64] | range  #: 1-based line of each row
     ragged: NDArray[np.bool_]  #: rows with another number of cells: all their samples are missing
     times: RawTimestamps | None = None  #: of the column of times
+
+
+def as_cells(column: NDArray[Any] | list[str]) -> list[str]:
+    """Words, numbers or times as the cells of a text table; empty where one is missing."""
+    if isinstance(column, list) or column.dtype.kind == "O":
+        return list(column)
+    if column.dtype.kind in "Mm":
+        clock = column.dtype.kind == "m"
+        dates = np.datetime64("1970-01-01") + column if clock else column
+        texts = ["" if text == "NaT" else text for text in np.datetime_as_string(dates).tolist()]
+        return [text.partition("T")[2] for text in texts] if clock else texts
+    # Whole numbers of labels may be floats as some are missing.
+    return ["" if text == "nan" else text.removesuffix(".0") for text in map(str, column.tolist())]
 
 
 class BodyReader:
@@ -254,9 +267,10 @@ class BodyReader:
         """All rows; a table of which more than 5 % (and more than one) are ragged is refused."""
         layout, time = self._layout, self._roles.time
         self._refuse_ragged()
-        values = {}
-        for index in [index for index, blocks in self._blocks.items() if blocks]:
-            values[index] = np.concatenate(self._blocks.pop(index))  # not beside its blocks
+        times = None
+        if self._stamps is not None and time is not None:
+            column, stamps = layout.columns[time], np.concatenate(self._blocks.pop(time))
+            times = self._stamps.finish(stamps, unit_of_time(column), layout.path, column.name)
         words = dict(self._words)
         for index, text in self._words.items():
             text.close()
@@ -264,15 +278,15 @@ class BodyReader:
             if layout.kinds[index] is CellType.MISSING and not labels and not text.empty:
                 # The head of the table, all that was known so far, left this column empty.
                 with suppress(NotANumberError):
-                    values[index] = numbers(text.words, layout.dialect.decimal)[text.codes]
+                    late = numbers(text.words, layout.dialect.decimal)[text.codes]
+                    self._blocks[index] = [late]
                     del words[index]
-        times = None
-        if self._stamps is not None and time is not None:
-            column, stamps = layout.columns[time], values.pop(time)
-            times = self._stamps.finish(stamps, unit_of_time(column), layout.path, column.name)
-        return TableBody(
-            values, words, np.concatenate(self._lines), np.concatenate(self._ragged), times
-        )
+        lines, ragged = np.concatenate(self._lines), np.concatenate(self._ragged)
+        numeric = sorted(index for index, blocks in self._blocks.items() if blocks)
+        table = np.empty((lines.size, len(numeric)))
+        for place, index in enumerate(numeric):
+            np.concatenate(self._blocks.pop(index), out=table[:, place])
+        return TableBody(numeric, table, words, lines, ragged, times)
 
     def _refuse_ragged(self) -> None:
         """Refuse a table too many of whose rows have another number of cells."""
@@ -326,20 +340,22 @@ def _no_number(
 
 def _sample_body(layout: Layout, roles: ColumnRoles) -> TableBody:
     """The first rows alone; cells that are no numbers are named when the table is read."""
-    values, words, decimal = {}, {}, layout.dialect.decimal
+    numeric, columns, words, decimal = [], [], {}, layout.dialect.decimal
     for index in range(len(layout.columns)):
         cells = layout.cells(index)
         if index in roles.numeric:
             kinds = (cell_type(cell, decimal) for cell in cells)
             pairs = zip(cells, kinds, strict=True)
             plain = [cell if kind is CellType.NUMBER else "" for cell, kind in pairs]
-            values[index] = numbers(plain, decimal)
+            numeric.append(index)
+            columns.append(numbers(plain, decimal))
         elif index != roles.time:
             words[index] = TextColumn()
             words[index].read(cells)
             words[index].close()
     count = len(layout.sample)
-    return TableBody(values, words, np.arange(1, count + 1), np.zeros(count, np.bool_))
+    table = np.array(columns).reshape(-1, count).T
+    return TableBody(numeric, table, words, range(1, count + 1), np.zeros(count, np.bool_))
 
 
 def _split_rows(
@@ -415,8 +431,10 @@ class _Table:
 
     def __init__(self, layout: Layout, roles: ColumnRoles, body: TableBody) -> None:
         self.layout, self.roles, self.body = layout, roles, body
+        #: The numbers of each numeric column, by index.
+        self.values = dict(zip(body.numeric, body.table.T, strict=True))
         self.counters: Mapping[int, NDArray[np.float64]] = counter_columns(
-            layout, roles, body.values
+            layout, roles, self.values
         )
         self.label = label_column(layout, roles, body.words)
         #: The column whose counts stand in for times, where there are none.
@@ -454,7 +472,7 @@ class _Table:
         elif words is not None:
             why = "empty" if words.empty else "words, not numbers"
         elif is_index(column, self.layout.cells(index)) and continues_name(
-            self.body.values[index], column
+            self.values[index], column
         ):
             why = "it only counts the rows"
         else:
@@ -483,18 +501,20 @@ def _times(table: _Table, options: ReadOptions) -> RepairedTimestamps:
     layout, body = table.layout, table.body
     if table.roles.time is None or body.times is None:
         return _even_times(table, options)
-    raw = body.times
-    complete = np.flatnonzero(~body.ragged)
+    raw, lines, kept = body.times, body.lines, ~body.ragged
+    if not kept.all():
+        raw, lines = replace(raw, values=raw.values[kept]), np.array(lines)[kept]
     repaired = repair_timestamps(
-        replace(raw, values=raw.values[complete]),
-        body.lines[complete],
+        raw,
+        lines,
         str(layout.path),
         strict=options.strict,
         jitter=options.jitter,
         line=layout.line,
     )
     remarks = (*raw.remarks, *repaired.remarks)
-    return replace(repaired, rows=complete[repaired.rows], remarks=remarks)
+    kept[kept] = repaired.kept
+    return replace(repaired, kept=kept, remarks=remarks)
 
 
 def _even_times(table: _Table, options: ReadOptions) -> RepairedTimestamps:
@@ -507,19 +527,23 @@ def _even_times(table: _Table, options: ReadOptions) -> RepairedTimestamps:
             raise _unclear_rate(table)
         remarks = [f"The file says that there are {rate:g} samples a second."]
     if counter is None:
-        rows = np.arange(lines.size)
-        return RepairedTimestamps(rows / rate, rows, 0.0, tuple(remarks))
-    raw = RawTimestamps(table.counters[counter], per_second=rate)
+        times = np.arange(len(lines)) / rate
+        return RepairedTimestamps(times, np.ones(len(lines), np.bool_), 0.0, tuple(remarks))
+    ticks = table.counters[counter]
+    total = round(float(np.nanmax(ticks))) + 1
+    lost = total - int(np.unique(ticks[~np.isnan(ticks)]).size)
     repaired = repair_timestamps(
-        raw, lines, str(layout.path), strict=options.strict, line=layout.line
+        RawTimestamps(ticks, per_second=rate),
+        lines,
+        str(layout.path),
+        strict=options.strict,
+        line=layout.line,
     )
-    total = round(float(np.nanmax(raw.values))) + 1
-    lost = total - int(np.unique(raw.values[~np.isnan(raw.values)]).size)
     # The same for all files of which nothing was lost, however long, so that it is told once.
     result = f"{lost:,} of {total:,} were lost" if lost else "none was lost"
     name = layout.columns[counter].name
     remarks.append(f"'{name}' counts the samples and places the rows: {result}.")
-    restarts = counter_restarts(table.body.values[counter])
+    restarts = counter_restarts(table.values[counter])
     if restarts.size:
         how_often = "once" if restarts.size == 1 else f"{restarts.size:,} times"
         remarks.append(
@@ -665,7 +689,7 @@ def _own_tracks(
             if not unlabelled:
                 action = plain_text(word) if index in table.roles.authors else word
                 numbers[code] = actions.setdefault(action, len(actions))
-        codes = numbers[column.codes[repaired.rows]]
+        codes = numbers[column.codes[repaired.kept]]
         if segments := from_codes(codes, repaired.times, list(actions)):
             tracks.setdefault(author, Track(author, segments))
     return tuple(tracks.values())

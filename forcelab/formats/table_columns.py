@@ -114,10 +114,11 @@ def counter_ticks(values: NDArray[np.float64], named: bool) -> NDArray[np.float6
     whose name says that it counts (`named`) less is proof enough.
     """
     present = ~np.isnan(values)
+    # Most columns show at once that they do not count.
+    if not all(_are_counts(values[rows][present[rows]]) for rows in (slice(_FEWEST), slice(None))):
+        return None
     counts = values[present]
     if counts.size < (_FEWEST_NAMED if named else _FEWEST):
-        return None
-    if (counts < 0).any() or (counts > 2**53).any() or (counts != np.floor(counts)).any():
         return None
     turn = _counter_range(counts)
     steps = np.diff(counts)
@@ -139,6 +140,10 @@ def counter_ticks(values: NDArray[np.float64], named: bool) -> NDArray[np.float6
     ticks = np.full(values.size, np.nan)
     ticks[present] = np.concatenate([[0.0], np.cumsum(steps / usual)])
     return ticks
+
+
+def _are_counts(values: NDArray[np.float64]) -> bool:
+    return bool(((values >= 0) & (values <= 2**53) & (values == np.floor(values))).all())
 
 
 def counter_sub_ticks(
@@ -500,7 +505,7 @@ def word_columns(layout: Layout, roles: ColumnRoles, words: Mapping[int, TextCol
 
 def missing_remark(signals: NDArray[np.float64], channels: Sequence[Channel]) -> list[str]:
     """A remark on samples that are missing (NaN) or cannot have been measured."""
-    counts = (~(np.abs(signals) <= LARGEST)).sum(axis=0).tolist()  # nor is NaN
+    counts = [int((~(np.abs(values) <= LARGEST)).sum()) for values in signals.T]  # nor is NaN
     total = sum(counts)
     if not total:
         return []

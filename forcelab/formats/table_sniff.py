@@ -145,8 +145,6 @@ _INDEX_WORDS = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """A column of a table."""
-
     name: str  #: unique within its table
     unit: str = ""  #: empty if unknown
     named: bool = True  #: others are called by their number

@@ -129,8 +129,11 @@ class TimestampReader:
         if stamps.dtype.kind not in "Mm":
             # A whole number of nanoseconds since 1970 has more digits than a float64.
             whole = stamps.dtype.kind in "iu" and int(stamps.max(initial=0)) < 2**63
-            values = stamps.astype(np.int64 if whole else np.float64) - self._base
-            return np.where(np.isfinite(values), values, np.nan).astype(np.float64)
+            values = (stamps.astype(np.int64 if whole else np.float64) - self._base).astype(
+                np.float64, copy=False
+            )
+            values[~np.isfinite(values)] = np.nan
+            return values
         per_second = _UNITS[np.datetime_data(stamps.dtype)[0]]
         ticks = stamps.astype(np.int64) - self._base * per_second
         values = ticks / per_second
@@ -144,13 +147,16 @@ class TimestampReader:
     def _middle(self, values: NDArray[np.float64]) -> float:
         """The median stamp, as it stands in the file."""
         present = values[np.abs(values) < _ABSURD]
-        return self._base + float(np.median(present)) if present.size else 0.0
+        if not present.size:
+            return 0.0
+        return self._base + float(np.median(present, overwrite_input=True))
 
     def finish(
         self, values: NDArray[np.float64], unit: str, file: object, name: str
     ) -> RawTimestamps:
         """Settle the unit of all values read; `unit` is the header's, empty where it names none."""
-        values = np.where(np.abs(values) < _ABSURD, values, np.nan)
+        if not (usable := np.abs(values) < _ABSURD).all():
+            values = np.where(usable, values, np.nan)
         if self._written:
             if self._dated:
                 return RawTimestamps(values, self._base, 1, absolute=True)
@@ -158,7 +164,8 @@ class TimestampReader:
             midnights = np.cumsum(np.diff(values[present], prepend=-np.inf) < -_DAY / 2)
             values[present] += _DAY * midnights
             return RawTimestamps(values)
-        middle, epoch = self._middle(values), self.epoch(values)
+        middle = self._middle(values)
+        epoch = epoch_unit(middle)
         if unit:
             per_second = SECONDS_IN[unit]
             if epoch and middle / per_second > YEAR_2100:
@@ -170,8 +177,9 @@ class TimestampReader:
             return RawTimestamps(values, self._base, per_second, absolute)
         if epoch:
             return RawTimestamps(values, self._base, _UNITS[epoch], absolute=True)
-        steps = np.abs(np.diff(values[~np.isnan(values)]))
-        step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+        steps = abs(np.diff(values[~np.isnan(values)]))
+        steps = steps[steps > 0]
+        step = float(np.median(steps, overwrite_input=True)) if steps.size else 0.0
         if step < 1:
             return RawTimestamps(values, self._base)
         guess = "ms" if step < 500 else "us" if step < 500_000 else "ns"
@@ -235,12 +243,17 @@ _BACK_SHARE = 0.1
 
 @dataclass(frozen=True, slots=True)
 class RepairedTimestamps:
-    """Stamps after repair, m of them."""
+    """Stamps after repair, m of them in n rows."""
 
     times: NDArray[np.float64]  #: seconds from the first one, strictly increasing
-    rows: NDArray[np.int64]  #: the row of each
+    kept: NDArray[np.bool_]  #: which rows they are of, shape (n,)
     start: float  #: the first stamp in seconds on the file's own clock
     remarks: tuple[str, ...]  #: a sentence for each rule that had to act
+
+    @property
+    def rows(self) -> NDArray[np.int64]:
+        """The row of each."""
+        return np.flatnonzero(self.kept)
 
 
 @dataclass(slots=True)
@@ -248,20 +261,23 @@ class _Rows:
     """The rows that are left, while rules work on them."""
 
     where: str
-    lines: NDArray[np.int64]
+    lines: NDArray[np.int64] | range
     strict: bool
-    indices: NDArray[np.int64]
-    values: NDArray[np.float64]
+    kept: NDArray[np.bool_]  #: of all rows those that are left
+    values: NDArray[np.float64]  #: of these
     row: str
     line: str
     remarks: list[str] = field(default_factory=list)
+
+    def locate(self, row: int) -> str:
+        """Where one of the rows that are left stands in the file."""
+        return f"{self.where}, {self.line} {self.lines[np.flatnonzero(self.kept)[row]]}"
 
     def report(self, sentence: str, row: int) -> None:
         """Remark on what a rule did; refuse it if strict."""
         if self.strict:
             raise InputError(
-                f"{self.where}, {self.line} {self.lines[self.indices[row]]}: {sentence}; mend the "
-                "file or let it be repaired."
+                f"{self.locate(row)}: {sentence}; mend the file or let it be repaired."
             )
         self.remarks.append(f"{sentence[0].upper()}{sentence[1:]}.")
 
@@ -274,14 +290,15 @@ class _Rows:
             rows=counted(number, self.row), were="was" if number == 1 else "were"
         )
         self.report(text, int(np.argmax(bad)))
-        self.indices, self.values = self.indices[~bad], self.values[~bad]
-        if self.indices.size < 2:
+        self.kept[self.kept] = ~bad
+        self.values = self.values[~bad]
+        if self.values.size < 2:
             raise InputError(f"{self.where}: {text}, and too few are left; look at its stamps.")
 
 
 def repair_timestamps(
     raw: RawTimestamps,
-    lines: NDArray[np.int64],
+    lines: NDArray[np.int64] | range,
     where: str,
     *,
     strict: bool = False,
@@ -295,9 +312,10 @@ def repair_timestamps(
     Values come in the order of the file, NaN where a row has none; `lines` are 1-based and `where`
     names the file, for errors. Stamps are moved by at most `jitter` seconds. `row` and `line` are
     what has a stamp and what its number counts, in the words of the file. Without `bursts` rule 4
-    only keeps the first row of each run.
+    only keeps the first row of each run. The values of `raw` become the times, as there may be no
+    room for both.
     """
-    rows = _Rows(where, lines, strict, np.arange(raw.values.size), raw.values, row, line)
+    rows = _Rows(where, lines, strict, np.ones(raw.values.size, np.bool_), raw.values, row, line)
     rows.drop(np.isnan(rows.values), "{rows} without a usable stamp {were} dropped")
     if raw.absolute:
         late = raw.seconds(rows.values) > YEAR_2100
@@ -309,22 +327,27 @@ def repair_timestamps(
     _drop_backward(rows)
     if rows.values.size < 2:
         raise InputError(f"{where} has fewer than two stamped {row}s; a recording needs more.")
-    times = (rows.values - rows.values[0]) / raw.per_second
+    start, times = float(raw.seconds(rows.values[:1])[0]), rows.values
+    times -= times[0]
+    times /= raw.per_second
     _report_gaps(rows, times)
-    return RepairedTimestamps(
-        times, rows.indices, float(raw.seconds(rows.values[:1])[0]), tuple(rows.remarks)
-    )
+    return RepairedTimestamps(times, rows.kept, start, tuple(rows.remarks))
 
 
 def _drop_far(rows: _Rows) -> None:
     """Rule 3."""
     if rows.values.size < _FAR_ROWS:
         return
-    distance = np.abs(rows.values - np.median(rows.values))
+    middle = np.median(rows.values)
+    distance = abs(rows.values - middle)
     rest = distance.size - max(1, int(_FAR_SHARE * distance.size))
-    reach = np.partition(distance, rest - 1)[rest - 1]
-    length = float(np.ptp(rows.values[distance <= reach]))
-    far = distance > max(_FAR_LENGTHS * length, reach)
+    distance.partition(rest - 1)
+    reach = distance[rest - 1]
+    del distance  # there may be no room for it twice, in order and as the rows are
+    near = abs(rows.values - middle) <= reach
+    first = rows.values.min(where=near, initial=np.inf)
+    length = float(rows.values.max(where=near, initial=-np.inf) - first)
+    far = abs(rows.values - middle) > max(_FAR_LENGTHS * length, reach)
     if length > 0:
         rows.drop(
             far,
@@ -402,9 +425,9 @@ def _sort_backward(rows: _Rows, per_second: float, jitter: float) -> None:
     worst = int(np.argmax(moved))
     if moved[worst] > jitter:
         raise InputError(
-            f"{rows.where}, {rows.line} {rows.lines[rows.indices[worst]]}: stamps run backwards so "
-            f"far that one has to be moved by {moved[worst]:.3g} s, more than the jitter of "
-            f"{jitter:g} s; allow more, or split the file where a new recording starts."
+            f"{rows.locate(worst)}: stamps run backwards so far that one has to be moved by "
+            f"{moved[worst]:.3g} s, more than the jitter of {jitter:g} s; allow more, or split the "
+            "file where a new recording starts."
         )
     number = int((~alone).sum())
     rows.report(
@@ -443,11 +466,10 @@ def _drop_backward(rows: _Rows) -> None:
     bad[_longest_increasing(rows.values)] = False
     number = int(bad.sum())
     if number > max(1.0, _BACK_SHARE * bad.size):
-        where = f"{rows.where}, {rows.line} {rows.lines[rows.indices[back[0] + 1]]}"
         raise InputError(
-            f"{where}: time runs backwards, and {number:,} of {bad.size:,} {rows.row}s would "
-            "have to be dropped to mend it; split the file where a new recording starts, or say "
-            "by how much stamps may jitter (--jitter)."
+            f"{rows.locate(back[0] + 1)}: time runs backwards, and {number:,} of {bad.size:,} "
+            f"{rows.row}s would have to be dropped to mend it; split the file where a new "
+            "recording starts, or say by how much stamps may jitter (--jitter)."
         )
     rows.drop(bad, "{rows} whose stamp is out of order {were} dropped")
 
@@ -476,8 +498,8 @@ def _longest_increasing(values: NDArray[np.float64]) -> NDArray[np.int64]:
 
 def _report_gaps(rows: _Rows, times: NDArray[np.float64]) -> None:
     """Rule 7."""
+    period = float(np.median(np.diff(times), overwrite_input=True))
     steps = np.diff(times)
-    period = float(np.median(steps))
     gaps = steps > GAP_PERIODS * period
     if gaps.any():
         number, missing = int(gaps.sum()), float((steps[gaps] - period).sum())

@@ -150,8 +150,6 @@ TABLE_COLUMNS = (
 
 @dataclass(frozen=True, slots=True)
 class AnnotatedTrack:
-    """A track of one demonstration."""
-
     demonstration: str
     task: str
     seconds: float  #: length of the demonstration

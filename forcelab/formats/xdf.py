@@ -21,6 +21,7 @@ from xml.etree.ElementTree import ParseError, fromstring
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.clock import farthest_drift
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
@@ -162,8 +163,7 @@ def _channel_headers(info: Any) -> list[Any]:
 def _even_times(times: NDArray[np.float64], rate: float) -> NDArray[np.float64] | None:
     """Even stamps nearest to some, run by run between breaks; None where samples are missing.
 
-    Over about a second the stamps are by their median as far from even ones as anywhere else, to
-    a sample's period, unless samples were lost.
+    Samples are missing where stamps drift from even ones by more than a period.
     """
     even = times.copy()
     for run in np.split(np.arange(times.size), np.flatnonzero(np.diff(times) > _BREAK) + 1):
@@ -175,10 +175,8 @@ def _even_times(times: NDArray[np.float64], rate: float) -> NDArray[np.float64] 
         if slope <= 0:
             return None
         even[run] = middle + slope * places
-        distances = times[run] - even[run]
         window = max(1, min(max(20, round(rate)), run.size // 4))
-        parts = distances[: run.size // window * window].reshape(-1, window)
-        if np.abs(np.median(parts, axis=1) - np.median(distances)).max() > slope:
+        if farthest_drift(times[run] - even[run], window) > slope:
             return None
     return even
 

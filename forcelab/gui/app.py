@@ -41,8 +41,6 @@ from forcelab.io import write_atomically
 from forcelab.runtime import collect_garbage, collect_garbage_rarely, switch_threads_often
 from forcelab.version import __version__
 
-__all__ = ["quiet_qt", "run", "run_guide"]
-
 #: Width and height of the window in pixels, unless others are requested.
 SIZE = (1280, 800)
 #: Seconds that a picture waits for everything in it.

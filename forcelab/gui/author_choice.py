@@ -1,4 +1,4 @@
-"""The choice of the coder one labels as."""
+"""The choice of a coder: the one that one labels as, or the one of labels that name none."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QInputDialog, QLabel, QWid
 from forcelab.errors import ForcelabError
 from forcelab.gui import settings
 from forcelab.gui.document import Document
+from forcelab.gui.layout import fill_layout
 from forcelab.gui.text import settle_name
 from forcelab.gui.widgets import ElidedComboBox
 
@@ -29,14 +30,10 @@ class AuthorChoice(QWidget):
         self._box.setMaximumWidth(NAME_LETTERS * self.fontMetrics().averageCharWidth())
         self._box.activated.connect(self._chosen)
         self.setFocusProxy(self._box)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 2, 8, 2)
         if labelled:
-            row.addWidget(QLabel("Coder"))
-        row.addWidget(self._box)
-        if not labelled:
-            row.setContentsMargins(0, 0, 0, 0)
-            row.addStretch(1)
+            fill_layout(QHBoxLayout(self), QLabel("Coder"), self._box, margins=(0, 2, 8, 2))
+        else:
+            fill_layout(QHBoxLayout(self), self._box, 1, margins=0)
         document.project_changed.connect(self._list)
         document.author_changed.connect(self._list)
         document.listing_changed.connect(self._relist)
@@ -83,3 +80,22 @@ class AuthorChoice(QWidget):
         self._document.set_author(name)
         project = self._document.project
         settings.remember_coder(project.path if project else None, self._document.author)
+
+
+class UnsignedCoder(QComboBox):
+    """The coder of labels that are brought without one: seldom the one who sits here now."""
+
+    def __init__(self, document: Document, unsigned: str) -> None:
+        super().__init__()
+        self._document = document
+        self.setEditable(True)
+        self.setAccessibleName("Coder for unsigned labels")
+        self.addItems(list(dict.fromkeys((unsigned, *self._coders(), document.author))))
+
+    def settle(self) -> str:
+        """The tidied name; if it nearly is that of a coder here, the coder is asked which it is."""
+        return settle_name(self, self.currentText(), self._coders())
+
+    def _coders(self) -> tuple[str, ...]:
+        project = self._document.project
+        return project.coding.coders() if project else ()

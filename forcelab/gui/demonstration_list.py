@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
@@ -19,6 +19,7 @@ from PySide6.QtCore import (
     Qt,
     QTimer,
     Signal,
+    SignalInstance,
 )
 from PySide6.QtGui import (
     QAction,
@@ -41,7 +42,6 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QMenu,
     QPlainTextEdit,
-    QPushButton,
     QStackedWidget,
     QStyle,
     QStyledItemDelegate,
@@ -67,7 +67,6 @@ from forcelab.gui.demonstration_model import (
     percent,
     rows_of,
 )
-from forcelab.gui.dialogs import confirm_reveal
 from forcelab.gui.document import Document
 from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.figures.text import NAMES
@@ -85,7 +84,14 @@ from forcelab.gui.item_views import (
     smaller,
 )
 from forcelab.gui.label.track_spans import track_spans
-from forcelab.gui.layout import dialog_buttons, page_layout, set_enabled_with_reason
+from forcelab.gui.layout import (
+    dialog_buttons,
+    fill_layout,
+    label_of,
+    page_layout,
+    push_button,
+    set_enabled_with_reason,
+)
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.text import ask, escape_ampersands, settle_name
 from forcelab.gui.theme import Colours, colours, themes
@@ -212,8 +218,7 @@ def _paint_bar(painter: QPainter, bar: QRectF, share: float, theme: Colours) -> 
     """The labelled share as a bar."""
     radius = bar.height() / 2
     painter.setPen(Qt.PenStyle.NoPen)
-    rest = translucent(theme.frame, 0.6)
-    painter.setBrush(rest)
+    painter.setBrush(translucent(theme.frame, 0.6))
     painter.drawRoundedRect(bar, radius, radius)
     if share > 0:
         # Never shorter than it is thick, so that a beginning is seen.
@@ -224,7 +229,19 @@ def _paint_bar(painter: QPainter, bar: QRectF, share: float, theme: Colours) -> 
 
 #: Where the settings keep what the list is sorted by.
 ORDER_KEY = "list/order"
-#: Letters of what is shown that are always seen.
+ORDERS: dict[ListOrder, str] = {
+    "name": "By name",
+    "share": "Least labelled by me first",
+    "edit": "Recently labelled first",
+}
+#: What of the list can be shown, and letters of that which are always seen.
+FILTERS: dict[ListFilter, str] = {
+    "all": "All",
+    "unlabelled": "Not labelled by me",
+    "begun": "Started, not done",
+    "assigned": "Assigned to me, to do",
+    "done": "Done by me",
+}
 NARROW_WIDTH = 3
 
 
@@ -256,15 +273,10 @@ class OrderButton(QToolButton):
         self.setIcon(icon("sort"))
         self.setStyleSheet("QToolButton::menu-indicator { image: none; }")  # it lies on the icon
         self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        names: dict[ListOrder, str] = {
-            "name": "By name",
-            "share": "Least labelled by me first",
-            "edit": "Recently labelled first",
-        }
         menu = QMenu(self)
         self._choices = QActionGroup(menu)
         stored = settings.text(ORDER_KEY)
-        for order, name in names.items():
+        for order, name in ORDERS.items():
             choice = menu.addAction(name)
             choice.setData(order)
             choice.setCheckable(True)
@@ -276,7 +288,6 @@ class OrderButton(QToolButton):
 
     @property
     def order(self) -> ListOrder:
-        """The chosen order."""
         chosen: ListOrder = self._choices.checkedAction().data()
         return chosen
 
@@ -287,43 +298,7 @@ class OrderButton(QToolButton):
 
     def _show_order(self) -> None:
         self.setAccessibleName("Order of the demonstrations")
-        chosen = self._choices.checkedAction().text()
-        self.setToolTip(f"Order within each task: {chosen}")
-
-
-class ListTools(QWidget):
-    """What stands above the list: search, filter, count and order."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.search, self.count, self.order = Search(), ElidedLabel(), OrderButton()
-        self.search.setPlaceholderText("Search names and tasks")
-        self.search.setAccessibleName("Search names, tasks, notes and ids")
-        self.search.setToolTip(self.search.accessibleName())
-        self.search.setClearButtonEnabled(True)
-        self.shown = ElidedComboBox()
-        self.shown.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # after a click keys paint, as before
-        self.shown.setMinimumContentsLength(NARROW_WIDTH)
-        self.shown.setAccessibleName("Which demonstrations are shown")
-        names: dict[ListFilter, str] = {
-            "all": "All",
-            "unlabelled": "Not labelled by me",
-            "begun": "Started, not done",
-            "assigned": "Assigned to me, to do",
-            "done": "Done by me",
-        }
-        for filter_, name in names.items():
-            self.shown.addItem(name, filter_)
-        choice = QHBoxLayout()
-        choice.setSpacing(2)
-        choice.addWidget(self.shown, 1)
-        choice.addWidget(self.count)
-        choice.addWidget(self.order)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(6, 6, 6, 6)
-        column.setSpacing(4)
-        column.addWidget(self.search)
-        column.addLayout(choice)
+        self.setToolTip(f"Order within each task: {self._choices.checkedAction().text()}")
 
 
 class DemonstrationTree(QTreeView):
@@ -360,22 +335,12 @@ class DemonstrationTree(QTreeView):
 class EmptyNote(QWidget):
     """What is shown instead of an empty list: why it is empty, and what to do."""
 
-    importing = Signal()
-    showing_all = Signal()
-
-    def __init__(self) -> None:
+    def __init__(self, importing: SignalInstance, show_all: Callable[[], object]) -> None:
         super().__init__()
-        self._label = QLabel()
-        self._label.setWordWrap(True)
-        self._label.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._import = QPushButton("Import demonstrations…")
-        self._import.clicked.connect(self.importing)
-        self._all = QPushButton("Show all")
-        self._all.clicked.connect(self.showing_all)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(16, 16, 16, 16)
-        column.addStretch(1)
-        column.addWidget(self._label)
+        self._label = QLabel(wordWrap=True, alignment=Qt.AlignmentFlag.AlignCenter)
+        self._import = push_button("Import demonstrations…", importing)
+        self._all = push_button("Show all", show_all)
+        column = fill_layout(QVBoxLayout(self), 1, self._label, margins=16)
         column.addSpacing(8)
         for button in (self._import, self._all):
             column.addWidget(button, 0, Qt.AlignmentFlag.AlignHCenter)
@@ -407,8 +372,7 @@ class NoteDialog(QDialog):
         self.setWindowTitle(f"Note on {name}")
         self.text = QPlainTextEdit(text, tabChangesFocus=True)
         self.text.moveCursor(QTextCursor.MoveOperation.End)  # what is typed goes on
-        label = QLabel("&Note for other coders (leave it empty for none):")
-        label.setBuddy(self.text)
+        label = label_of(self.text, "&Note for other coders (leave it empty for none):")
         buttons, save = dialog_buttons(self, "Save the note", "&Save")
         save.setToolTip(
             QKeySequence("Ctrl+Return").toString(QKeySequence.SequenceFormat.NativeText)
@@ -444,10 +408,10 @@ class DemonstrationMenu(QObject):
         menu = QMenu(self._window)
         menu.aboutToHide.connect(menu.deleteLater)
         project = self._document.project
-        if several or isinstance(item, TaskGroup):
-            self._fill_many(menu, item.rows if isinstance(item, TaskGroup) else several)
+        if isinstance(item, TaskGroup):
+            self._fill(menu, item.rows, single=False)
         else:
-            self._fill(menu, item)
+            self._fill(menu, several or (item,), single=not several)
         if project is None or project.read_only:
             for action in menu.actions():
                 if action.data() != "open":
@@ -519,76 +483,69 @@ class DemonstrationMenu(QObject):
 
     # Inside
 
-    def _fill(self, menu: QMenu, row: DemonstrationRow) -> None:
-        """The menu of one demonstration."""
-        info, document = row.info, self._document
-        first = menu.addAction("Open", lambda: document.open_demonstration(info.id))
+    def _fill(self, menu: QMenu, rows: Sequence[DemonstrationRow], *, single: bool) -> None:
+        """What can be done with a demonstration, or with all of several at once."""
+
+        def count(ids: Sequence[str]) -> str:
+            return "" if single else f"{len(ids)} "
+
+        ids = [row.info.id for row in rows]
+        done_ids = [row.info.id for row in rows if row.done]
+        undone_ids = [row.info.id for row in rows if not row.done]
+        if single:
+            self._add_open(menu, ids[0])
+        if undone_ids:
+            menu.addAction(f"Mark {count(undone_ids)}as done", lambda: self._ask_done(undone_ids))
+        if done_ids:
+            text = f"Mark {count(done_ids)}as not done"
+            menu.addAction(text, lambda: self.set_done(done_ids, False))
+        menu.addAction(f"Assign {count(ids)}for blind coding…", lambda: self.ask_assign(rows))
+        assigned: dict[str, list[str]] = {}
+        for row in rows:
+            for assignment in row.assignments:
+                assigned.setdefault(assignment.author, []).append(row.info.id)
+        for author, assigned_ids in assigned.items():
+            which = (
+                "the assignment" if len(assigned_ids) == 1 else f"{len(assigned_ids)} assignments"
+            )
+            text = f"Withdraw {which} ({escape_ampersands(author)})"
+            menu.addAction(text, self._withdrawing(assigned_ids, author))
+        menu.addSeparator()
+        if single:
+            self._add_changes(menu, rows[0])
+        menu.addAction(f"Move {count(ids)}to another task…", lambda: self.ask_task(rows))
+        before = self._left.get(ids[0], rows[0].info.task)
+        if single and before != rows[0].info.task:
+            back = f"Back to task '{escape_ampersands(before) or 'No task'}'"
+            menu.addAction(back, lambda: self.set_task(ids, before))
+        menu.addSeparator()
+        menu.addAction(f"Remove {count(ids)}from the project…", lambda: self._ask_remove(rows))
+
+    def _add_open(self, menu: QMenu, id_: str) -> None:
+        first = menu.addAction("Open", lambda: self._document.open_demonstration(id_))
         first.setData("open")
-        set_enabled_with_reason(first, "It is open." if info.id == document.id else "")
+        set_enabled_with_reason(first, "It is open." if id_ == self._document.id else "")
         menu.addSeparator()
-        if row.done:
-            menu.addAction("Mark as not done", lambda: self.set_done([info.id], False))
-        else:
-            menu.addAction("Mark as done", lambda: self._ask_done([info.id]))
-        menu.addAction("Assign for blind coding…", lambda: self.ask_assign([info.id]))
-        for assignment in row.assignments:
-            text = f"Withdraw the assignment ({escape_ampersands(assignment.author)})"
-            menu.addAction(text, self._withdrawing([info.id], assignment.author))
-        menu.addSeparator()
+
+    def _add_changes(self, menu: QMenu, row: DemonstrationRow) -> None:
+        """Note, name and videos of one demonstration."""
+        info = row.info
         menu.addAction("Note…", lambda: self.ask_note(row))
         menu.addAction("Rename…", lambda: self.ask_name(row))
         if len(info.videos) < 2:
             video = "Replace video…" if info.has_video else "Attach video…"
             menu.addAction(video, lambda: self.ask_video(info, *info.videos))
         else:
-            replacing = menu.addMenu("Replace video")
-            for name in info.videos:
-                replacing.addAction(
-                    escape_ampersands(name) + "…", partial(self.ask_video, info, name)
-                )
+            self._add_videos(menu.addMenu("Replace video"), info, self.ask_video)
         if info.has_video:
             menu.addAction("Add another video…", lambda: self.ask_video(info))
-            removing = menu.addMenu("Remove video")
-            for name in info.videos:
-                removing.addAction(
-                    escape_ampersands(name) + "…", partial(self._ask_remove_video, info, name)
-                )
-        menu.addAction("Move to another task…", lambda: self.ask_task([row]))
-        before = self._left.get(info.id, info.task)
-        if before != info.task:
-            back = "Back to task '{}'".format(escape_ampersands(before) or "No task")
-            menu.addAction(back, lambda: self.set_task([info.id], before))
-        menu.addSeparator()
-        menu.addAction("Remove from the project…", lambda: self._ask_remove([row]))
+            self._add_videos(menu.addMenu("Remove video"), info, self._ask_remove_video)
 
-    def _fill_many(self, menu: QMenu, rows: Sequence[DemonstrationRow]) -> None:
-        """The menu of several demonstrations: what applies to all of them."""
-        ids = [row.info.id for row in rows]
-        done_ids = [row.info.id for row in rows if row.done]
-        undone_ids = [row.info.id for row in rows if not row.done]
-        if undone_ids:
-            text = f"Mark {len(undone_ids)} as done"
-            menu.addAction(text, lambda: self._ask_done(undone_ids))
-        if done_ids:
-            text = f"Mark {len(done_ids)} as not done"
-            menu.addAction(text, lambda: self.set_done(done_ids, False))
-        text = f"Assign {len(ids)} for blind coding…"
-        menu.addAction(text, lambda: self.ask_assign(ids))
-        assigned: dict[str, list[str]] = {}
-        for row in rows:
-            for assignment in row.assignments:
-                assigned.setdefault(assignment.author, []).append(row.info.id)
-        for author, assigned_ids in assigned.items():
-            text = f"Withdraw {len(assigned_ids)} assignments ({escape_ampersands(author)})"
-            if len(assigned_ids) == 1:
-                text = f"Withdraw the assignment ({escape_ampersands(author)})"
-            menu.addAction(text, self._withdrawing(assigned_ids, author))
-        menu.addSeparator()
-        text = f"Move {len(ids)} to another task…"
-        menu.addAction(text, lambda: self.ask_task(rows))
-        menu.addSeparator()
-        text = f"Remove {len(ids)} from the project…"
-        menu.addAction(text, lambda: self._ask_remove(rows))
+    def _add_videos(
+        self, menu: QMenu, info: DemonstrationInfo, ask: Callable[[DemonstrationInfo, str], object]
+    ) -> None:
+        for name in info.videos:
+            menu.addAction(escape_ampersands(name) + "…", partial(ask, info, name))
 
     def _withdrawing(self, ids: list[str], author: str) -> Callable[[], object]:
         """A call that withdraws these assignments, once the coder agrees to what that shows."""
@@ -624,27 +581,29 @@ class DemonstrationMenu(QObject):
         if confirm_reveal(self._document, ids, self._window):
             self.set_done(ids, True)
 
-    def ask_assign(self, ids: list[str]) -> None:
+    def _choose(self, title: str, text: str, names: Iterable[str]) -> str | None:
+        """Ask for one of these names, or another one; None if cancelled."""
+        offered = list(dict.fromkeys(names))
+        name, agreed = QInputDialog.getItem(self._window, title, text, offered, 0, True)
+        return name if agreed else None
+
+    def ask_assign(self, rows: Sequence[DemonstrationRow]) -> None:
         project, document = self._document.project, self._document
         if project is None:
             return
-        names = list(dict.fromkeys([document.author, *project.coding.people()]))
-        name, agreed = QInputDialog.getItem(
-            self._window,
-            "Assign for blind coding",
-            (
-                "Until it is done, the coder sees nobody else's labels or notes, and no "
-                "predictions.\nCoder:"
-            ),
-            names,
-            0,
-            True,
+        names = [document.author, *project.coding.people()]
+        text = (
+            "Until it is done, the coder sees nobody else's labels or notes, and no predictions.\n"
+            "Coder:"
         )
-        coder = settle_name(self._window, name, names) if agreed else ""
-        if agreed and self.assign(ids, coder):  # of which nothing is seen but by that coder
-            single = "The demonstration is assigned to {1}."
-            plural = "{0} demonstrations are assigned to {1}."
-            document.show_message((single if len(ids) == 1 else plural).format(len(ids), coder))
+        name = self._choose("Assign for blind coding", text, names)
+        if name is None:
+            return
+        coder = settle_name(self._window, name, names)
+        ids = [row.info.id for row in rows]
+        if self.assign(ids, coder):  # of which nothing is seen but by that coder
+            what = "The demonstration is" if len(ids) == 1 else f"{len(ids)} demonstrations are"
+            document.show_message(f"{what} assigned to {coder}.")
 
     def ask_name(self, row: DemonstrationRow) -> None:
         name, agreed = QInputDialog.getText(
@@ -675,20 +634,12 @@ class DemonstrationMenu(QObject):
         project = self._document.project
         if project is None:
             return
-        tasks = list(dict.fromkeys([rows[0].info.task, *project.demonstrations.tasks()]))
-        title = f"Move {rows[0].info.name} to another task"
-        if len(rows) > 1:
-            title = f"Move {len(rows)} to another task"
-        task, agreed = QInputDialog.getItem(
-            self._window,
-            title,
-            "Labels are kept; missing actions are added to the task.\nTask:",
-            tasks,
-            0,
-            True,
-        )
-        if agreed:
-            name = settle_name(self._window, task, project.demonstrations.tasks())
+        tasks = project.demonstrations.tasks()
+        title = f"Move {rows[0].info.name if len(rows) == 1 else len(rows)} to another task"
+        text = "Labels are kept; missing actions are added to the task.\nTask:"
+        task = self._choose(title, text, (rows[0].info.task, *tasks))
+        if task is not None:
+            name = settle_name(self._window, task, tasks)
             self.set_task([row.info.id for row in rows], name)
 
     def _ask_remove(self, rows: Sequence[DemonstrationRow]) -> None:
@@ -734,24 +685,43 @@ class DemonstrationMenu(QObject):
             self._window,
             f"Video of {info.name}",
             "video",
-            "Videos ({});;All files (*)".format("*.mp4 *.avi *.mkv *.mov *.webm *.m4v"),
+            "Videos (*.mp4 *.avi *.mkv *.mov *.webm *.m4v);;All files (*)",
         )
         if path is not None and name is None and info.has_video:
             own = path.stem.removeprefix(info.name).strip("._- ") or path.stem
-            name, agreed = QInputDialog.getItem(
-                self._window,
-                f"Add another video to {info.name}",
-                "A video of the same name is replaced.\nName:",
-                list(dict.fromkeys([own, *info.videos])),
-                0,
-                True,
-            )
-            path = path if agreed else None
+            title = f"Add another video to {info.name}"
+            text = "A video of the same name is replaced.\nName:"
+            name = self._choose(title, text, (own, *info.videos))
+            path = None if name is None else path
         if path is not None and self.attach_video(info.id, path, name):
             self._document.show_message(
                 f"'{info.name}' has its video; Demonstration > Synchronise the video puts it in "
                 "time."
             )
+
+
+def confirm_reveal(
+    document: Document, ids: Collection[str], window: QWidget, *, withdrawing: bool = False
+) -> bool:
+    """Ask whether to end blind coding of these demonstrations; True if there is nothing to ask.
+
+    It ends as they are marked as done, or by `withdrawing` the coder's assignments.
+    """
+    project = document.project
+    hidden = set() if project is None else project.coding.blind_to(document.author) & set(ids)
+    if not hidden:
+        return True
+    names = [f"'{info.name}'" for info in document.infos if info.id in hidden]
+    which = names[0] if len(names) == 1 else f"{len(names)} demonstrations"
+    step = f"Withdraw your assignment of {which}" if withdrawing else f"Mark {which} as done"
+    text = f"{step} and end blind coding?"
+    detail = (
+        "You will see the labels and notes of others and the predictions. What has been seen "
+        "cannot be hidden again."
+    )
+    answers = "Withdraw" if withdrawing else "Mark as done", "Cancel"
+    answer = ask(window, "End blind coding", text, detail, answers, default=1, escape=1)
+    return answer == answers[0]
 
 
 #: Gaps between segments shorter than this, in seconds, are hardly ever meant.
@@ -792,12 +762,11 @@ class DemonstrationList(QWidget):
         self.view.setItemDelegate(RowPainter(self.model, self.view))
         self.view.setAccessibleName("Demonstrations by task")
         self.menu = DemonstrationMenu(document, self)
-        self._tools = ListTools()
-        self.search, self.shown = self._tools.search, self._tools.shown
-        self._order, self._count = self._tools.order, self._tools.count
+        self.search = Search(placeholderText="Search names and tasks", clearButtonEnabled=True)
+        self.shown, self._order, self._count = ElidedComboBox(), OrderButton(), ElidedLabel()
         self._ranks: dict[str, int] = {}  # by id, the place in the list
         self._sorted: object = None  # whose view of what the ranks are
-        self._empty = EmptyNote()
+        self._empty = EmptyNote(self.importing, self._show_all)
         self._lay_out()
         self._connect()
         self._read()
@@ -829,6 +798,11 @@ class DemonstrationList(QWidget):
     def _next_to_label(self) -> DemonstrationRow | None:
         return find_next(list(self.model.rows), self._document.id, lambda row: row.to_do)
 
+    def mark_done(self) -> None:
+        """Mark the open demonstration as done, once the coder agrees to what that shows."""
+        if confirm_reveal(self._document, {self._document.id}, self.window()):
+            self._document.set_done()
+
     def done_and_next(self) -> None:
         """Mark the open demonstration as done, and open the next listed one that is not finished.
 
@@ -846,28 +820,28 @@ class DemonstrationList(QWidget):
             left = f"{count_finished(self._rows)} of {len(self._rows)} are done."
         document.show_message(f"'{demonstration.name}' is marked as done{gaps}; {left}")
 
-    def ask_video(self) -> None:
-        """Attach a video."""
-        for row in self._targets():
-            self.menu.ask_video(row.info)
+    def handlers(self) -> dict[str, Callable[[], object]]:
+        """What the commands on demonstrations do, by their id in the table."""
+        menu, act = self.menu, self._act
+        return {
+            "attach_video": partial(act, lambda rows: menu.ask_video(rows[0].info)),
+            "note": partial(act, lambda rows: menu.ask_note(rows[0])),
+            "rename": partial(act, lambda rows: menu.ask_name(rows[0])),
+            "assign": partial(act, menu.ask_assign, several=True),
+            "task": partial(act, menu.ask_task, several=True),
+            "next_demonstration": self.open_next,
+            "previous_demonstration": self.open_previous,
+            "next_to_label": self.open_to_label,
+            "done": self.mark_done,
+            "done_and_next": self.done_and_next,
+        }
 
-    def ask_note(self) -> None:
-        for row in self._targets():
-            self.menu.ask_note(row)
-
-    def ask_name(self) -> None:
-        for row in self._targets():
-            self.menu.ask_name(row)
-
-    def ask_assign(self) -> None:
-        """Assign all that are chosen to a coder."""
-        if rows := self._targets(several=True):
-            self.menu.ask_assign([row.info.id for row in rows])
-
-    def ask_task(self) -> None:
-        """Move all that are chosen to another task."""
-        if rows := self._targets(several=True):
-            self.menu.ask_task(rows)
+    def _act(
+        self, verb: Callable[[Sequence[DemonstrationRow]], object], *, several: bool = False
+    ) -> None:
+        """Do something with what a command acts on, if that is anything."""
+        if rows := self._targets(several=several):
+            verb(rows)
 
     def _targets(self, *, several: bool = False) -> tuple[DemonstrationRow, ...]:
         """What a command acts on: the open demonstration, or the list's row if it has the keyboard.
@@ -904,6 +878,16 @@ class DemonstrationList(QWidget):
     # Inside
 
     def _lay_out(self) -> None:
+        self.search.setAccessibleName("Search names, tasks, notes and ids")
+        self.search.setToolTip(self.search.accessibleName())
+        self.shown.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # after a click keys paint, as before
+        self.shown.setMinimumContentsLength(NARROW_WIDTH)
+        self.shown.setAccessibleName("Which demonstrations are shown")
+        for filter_, name in FILTERS.items():
+            self.shown.addItem(name, filter_)
+        choice = fill_layout(QHBoxLayout(), (self.shown, 1), self._count, self._order, spacing=2)
+        self._tools = QWidget()
+        fill_layout(QVBoxLayout(self._tools), self.search, choice, margins=6, spacing=4)
         self._stack = QStackedWidget()
         self._stack.addWidget(self.view)
         self._stack.addWidget(self._empty)
@@ -930,8 +914,6 @@ class DemonstrationList(QWidget):
         self.view.expanded.connect(lambda index: self._fold(index, False))
         self.view.customContextMenuRequested.connect(self._show_menu)
         self.view.menu_requested.connect(self._show_menu)
-        self._empty.importing.connect(self.importing)
-        self._empty.showing_all.connect(self._show_all)
         themes().changed.connect(self.view.viewport().update)
 
     def _forget(self) -> None:
@@ -940,7 +922,6 @@ class DemonstrationList(QWidget):
         self._show_all()
 
     def _read(self) -> None:
-        """Read the rows from the project."""
         project = self._document.project
         author = self._document.author
         assignments = project.coding.assignments() if project is not None else ()
@@ -1061,7 +1042,6 @@ class DemonstrationList(QWidget):
             self._document.open_demonstration(item.info.id)
 
     def _open_first(self) -> None:
-        """Open the first demonstration found."""
         if ids := self.model.ids():
             self._open(self.model.index_of(ids[0]))
             self.view.setFocus(Qt.FocusReason.OtherFocusReason)

@@ -43,8 +43,8 @@ class DemonstrationRow:
     @property
     def assignments(self) -> tuple[Assignment, ...]:
         """The coder's own, and those of others that the coder may see."""
-        assigned_here = () if self.assignment is None else (self.assignment,)
-        return (*assigned_here, *self.assigned_to)
+        own = () if self.assignment is None else (self.assignment,)
+        return (*own, *self.assigned_to)
 
     @property
     def done(self) -> bool:
@@ -62,11 +62,6 @@ class DemonstrationRow:
         return self.done or (percent(self.share) == 100 and self.assignment is None)
 
     @property
-    def half_done(self) -> bool:
-        """Whether the coder has begun it, left time unlabelled and not marked it as done."""
-        return 0 < percent(self.share) < 100 and not self.done
-
-    @property
     def to_do(self) -> bool:
         """Whether the coder has not begun it, or has it assigned and not marked as done."""
         return left_to_label(self.share, self.assignment)
@@ -76,7 +71,7 @@ class DemonstrationRow:
         if filter_ == "unlabelled":
             return self.share == 0.0
         if filter_ == "begun":
-            return self.half_done
+            return 0 < percent(self.share) < 100 and not self.done
         if filter_ == "assigned":
             return self.assignment is not None and not self.done
         return filter_ == "all" or self.done
@@ -353,8 +348,8 @@ def _facts(item: DemonstrationRow | TaskGroup, open_: bool) -> list[str]:
     elif item.assignment is not None:
         facts.append("Assigned to you")
     for assignment in item.assigned_to:
-        sentence = "Assigned to {0}" if assignment.done is None else "Done by {0}"
-        facts.append(sentence.format(assignment.author))
+        stage = "Assigned to" if assignment.done is None else "Done by"
+        facts.append(f"{stage} {assignment.author}")
     videos = item.info.videos
     several = f"With {len(videos)} videos"
     facts.append(several if len(videos) > 1 else "With video" if videos else "No video")

@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from forcelab.recognition.results import DemonstrationResult
     from forcelab.review.run_result import RunResult
 
-__all__ = ["Document", "ReviewState", "Stroke"]
-
 #: What is shown on either side of an interval: a share of its length, and at least so many seconds.
 MARGIN, SHORTEST_MARGIN = 1.0, 1.5
 #: Steps that follow each other within so many seconds are one edit.
@@ -414,13 +412,7 @@ class Document(QObject):
             self.tracks_changed.emit()
 
     def _visible_labels(self, author: str, demonstration: Demonstration) -> _VisibleLabels:
-        """What a coder may see; what is hidden does not show in actions either.
-
-        Raises
-        ------
-        ForcelabError
-            If it cannot be read.
-        """
+        """What a coder may see; what is hidden does not show in actions either."""
         project, run = self.project, self.review.run
         assert project is not None
         tracks = project.tracks.of(demonstration.id)
@@ -725,8 +717,7 @@ class Document(QObject):
         at = min(max(at, low), high)
         self.stroke_changed.emit()
         if at == stroke.start:
-            message = "A segment needs time: move the cursor before you end it."
-            self.refuse(message, on_track=True)
+            self.refuse("A segment needs time: move the cursor before you end it.", on_track=True)
             return False
         start, end = sorted((stroke.start, at))
         painted = self.editor.paint(start, end, stroke.action) is not None
@@ -735,7 +726,6 @@ class Document(QObject):
         return painted
 
     def cancel_stroke(self) -> None:
-        """Forget the stroke."""
         if self.stroke is not None:
             self.stroke = None
             self.stroke_changed.emit()
@@ -756,7 +746,6 @@ class ReviewState(QObject):
         self.training = False  # whether a recogniser is being trained
 
     def set_training(self, training: bool) -> None:
-        """Set the training flag."""
         if training != self.training:
             self.training = training
             self.training_changed.emit()
@@ -837,8 +826,7 @@ class ReviewState(QObject):
         from forcelab.review.active_learning import acceptable_segments
 
         if at_least and reviewed.probability_trace is None:
-            message = "This run kept no probabilities; train again to have them."
-            document.refuse(message)
+            document.refuse("This run kept no probabilities; train again to have them.")
             return False
         segments = acceptable_segments(reviewed, start, end, at_least)
         if not segments:

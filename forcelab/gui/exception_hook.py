@@ -44,7 +44,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.errors import ForcelabError
-from forcelab.gui.layout import copyable, emphasise
+from forcelab.gui.layout import copyable, emphasise, fill_layout, push_button
 from forcelab.version import full_version
 
 log = logging.getLogger("forcelab")
@@ -138,7 +138,6 @@ class ExceptionHook(QObject):
 
     @Slot(object)
     def _take(self, error: BaseException) -> None:
-        """Show one error."""
         if isinstance(error, ForcelabError):
             self._say(str(error))
         elif self._open is not None:
@@ -209,12 +208,9 @@ class FaultDialog(QDialog):
         self.setWindowTitle("Something went wrong")
         self._details = details
         self._further = 0
-        layout = QVBoxLayout(self)
-        layout.setSpacing(14)
-        layout.addLayout(self._words(log_file))
         self._text = self._folded(details)
-        layout.addWidget(self._text, 1)
-        layout.addLayout(self._buttons())
+        parts = self._words(log_file), (self._text, 1), self._buttons()
+        fill_layout(QVBoxLayout(self), *parts, spacing=14)
 
     def _words(self, log_file: Path) -> QHBoxLayout:
         """The message beside its icon."""
@@ -227,51 +223,36 @@ class FaultDialog(QDialog):
         )
         self._more = _wrapped("")
         self._more.hide()
-        words = QVBoxLayout()
-        for line in (headline, *map(_wrapped, lines), self._more):
-            words.addWidget(line)
+        words = fill_layout(QVBoxLayout(), headline, *map(_wrapped, lines), self._more)
         sign = QLabel()
         size = self.style().pixelMetric(QStyle.PixelMetric.PM_LargeIconSize)
         icon = self.style().standardIcon(QStyle.StandardPixmap.SP_MessageBoxWarning)
         sign.setPixmap(icon.pixmap(size, size))
         sign.setAlignment(Qt.AlignmentFlag.AlignTop)
-        top = QHBoxLayout()
-        top.setSpacing(16)
-        top.addWidget(sign)
-        top.addLayout(words, 1)
-        return top
+        return fill_layout(QHBoxLayout(), sign, (words, 1), spacing=16)
 
     def _folded(self, details: str) -> QPlainTextEdit:
         """The details, hidden at first."""
-        text = QPlainTextEdit(details)
-        text.setReadOnly(True)
+        text = QPlainTextEdit(details, readOnly=True, tabChangesFocus=True)
         text.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
         text.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
         text.setAccessibleName("Details")
-        text.setTabChangesFocus(True)
         metrics = self.fontMetrics()
         text.setMinimumSize(metrics.averageCharWidth() * 80, metrics.lineSpacing() * 12)
         text.hide()
         return text
 
     def _buttons(self) -> QHBoxLayout:
-        buttons = QHBoxLayout()
-        self._show = QPushButton("Show details", self)
+        self._show = QPushButton("Show details")
         self._show.setCheckable(True)
         self._show.toggled.connect(self._show_details)
-        self._copy = QPushButton("Copy details", self)
-        self._copy.clicked.connect(self._copy_details)
-        close = QPushButton("Close")
+        self._copy = push_button("Copy details", self._copy_details)
+        close = push_button("Close", self.accept)
         close.setDefault(True)
-        close.clicked.connect(self.accept)
-        buttons.addWidget(self._show)
-        buttons.addWidget(self._copy)
-        buttons.addStretch(1)
-        buttons.addWidget(close)
         for button in (self._show, self._copy, close):
             button.setAccessibleName(button.text())
         close.setFocus()
-        return buttons
+        return fill_layout(QHBoxLayout(), self._show, self._copy, 1, close)
 
     def add(self) -> None:
         """Count another error while this is open."""

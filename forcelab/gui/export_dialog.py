@@ -20,7 +20,7 @@ from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.file_dialogs import ask_folder
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.layout import ProgressBar, copyable, set_enabled_with_reason
+from forcelab.gui.layout import ProgressBar, copyable, fill_layout, set_enabled_with_reason
 from forcelab.gui.text import name_fields
 from forcelab.gui.widgets import ElidedComboBox
 from forcelab.review.run_result import latest_predictions
@@ -45,11 +45,10 @@ class ExportDialog(QDialog):
         # The name of a demonstration may be longer than the screen is wide.
         self.which = ElidedComboBox()
         if document.demonstration is not None:
-            current = f"This demonstration ({document.demonstration.name})"
-            self.which.addItem(current, (document.id,))
+            name = document.demonstration.name
+            self.which.addItem(f"This demonstration ({name})", (document.id,))
         if shown:
-            listed = f"All in the list ({len(shown)})"
-            self.which.addItem(listed, tuple(shown))
+            self.which.addItem(f"All in the list ({len(shown)})", tuple(shown))
             self.which.setCurrentIndex(self.which.count() - 1)  # what is wanted most
         if len(shown) < len(document.infos):  # the list is searched or narrowed
             all_ = f"The whole project ({len(document.infos)})"
@@ -72,12 +71,7 @@ class ExportDialog(QDialog):
         self.go = buttons.addButton("Export to folder…", QDialogButtonBox.ButtonRole.ActionRole)
         self.go.clicked.connect(self._choose)
         buttons.rejected.connect(self.reject)
-        column = QVBoxLayout(self)
-        column.addLayout(form)
-        column.addWidget(self._bar)
-        column.addWidget(self._report_label)
-        column.addStretch(1)
-        column.addWidget(buttons)
+        fill_layout(QVBoxLayout(self), form, self._bar, self._report_label, 1, buttons)
         # Only now: a button that is in no dialog yet cannot be its default.
         self.go.setDefault(True)
         self._match()

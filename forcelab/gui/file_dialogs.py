@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator, Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QDropEvent
-from PySide6.QtWidgets import QFileDialog, QWidget
+from PySide6.QtGui import QAction, QDragEnterEvent, QDragMoveEvent, QDropEvent, QKeySequence
+from PySide6.QtWidgets import QAbstractItemView, QFileDialog, QWidget
 
 from forcelab.gui import settings
 from forcelab.gui.document import Document
@@ -90,6 +90,33 @@ def accept_as_copy(event: QDropEvent) -> list[Path]:
     return paths
 
 
+class FileDrop:
+    """A widget that takes dropped files; it comes before Qt's class."""
+
+    def add_files(self, files: Sequence[Path]) -> None:
+        """Take what was dropped, if anything."""
+        raise NotImplementedError
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        accept_as_copy(event)
+
+    def dragMoveEvent(self, event: QDragMoveEvent) -> None:
+        accept_as_copy(event)
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        self.add_files(accept_as_copy(event))
+
+
+def let_remove(view: QAbstractItemView, remove: Callable[[], object]) -> None:
+    """Let Delete and the menu of a list of files remove those that are selected."""
+    action = QAction("Remove from list", view)
+    action.setShortcut(QKeySequence.StandardKey.Delete)
+    action.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
+    action.triggered.connect(remove)
+    view.addAction(action)
+    view.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
+
+
 def ask_picture(parent: QWidget, title: str, name: str) -> Path | None:
     """Let the user name a picture file; None if cancelled. Without a suffix it becomes ``.svg``."""
     kinds = "Pictures (*.svg *.pdf *.png)"
@@ -114,6 +141,5 @@ def save_picture(figure: Figure, path: Path, document: Document, jobs: Jobs) -> 
 
 
 def _saving(figure: Figure, path: Path) -> Generator[None, None, None]:
-    """Save a figure, as a job."""
     yield
     figure.save(path)

@@ -67,11 +67,15 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui import settings, theme
-from forcelab.gui.icons import icon
-from forcelab.gui.layout import PageOrPlaceholder, resize_on_screen, search_field
+from forcelab.gui.layout import (
+    PageOrPlaceholder,
+    fill_layout,
+    page_layout,
+    resize_on_screen,
+    search_field,
+    tool_button,
+)
 from forcelab.guide import Page, anchors, patterns, picture_folder, read_pages, search
-
-__all__ = ["GuideWindow", "fragments", "is_code", "read_markdown"]
 
 #: What a picture is in a paragraph's text.
 PICTURE = "\N{OBJECT REPLACEMENT CHARACTER}"
@@ -504,9 +508,7 @@ class GuideWindow(QWidget):
         self._splitter.addWidget(self.view)
         self._splitter.setStretchFactor(1, 1)
         self._splitter.setCollapsible(1, False)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self._splitter)
+        page_layout(self, self._splitter)
         for keys, act in (
             (QKeySequence.StandardKey.Find, self._focus_search),
             (QKeySequence.StandardKey.Cancel, self._leave),
@@ -548,26 +550,19 @@ class GuideWindow(QWidget):
     def _step_button(
         self, name: str, text: str, keys: QKeySequence.StandardKey, step: int
     ) -> QToolButton:
-        button = QToolButton()
-        button.setIcon(icon(name))
+        def press() -> None:
+            self._step(step)
+
         key = QKeySequence(keys)
-        button.setToolTip(f"{text} ({key.toString(QKeySequence.SequenceFormat.NativeText)})")
-        button.setAccessibleName(text)
-        button.clicked.connect(lambda: self._step(step))
-        QShortcut(key, self, lambda: self._step(step))
-        return button
+        QShortcut(key, self, press)
+        tip = f"{text} ({key.toString(QKeySequence.SequenceFormat.NativeText)})"
+        return tool_button(name, text, press, tip)
 
     def _side(self) -> QWidget:
         """Back, forward, the search, and below them the contents or what was found."""
         side = QWidget()
-        across = QHBoxLayout()
-        across.setSpacing(2)
-        for part in (self.back, self.forward, self.search):
-            across.addWidget(part)
-        column = QVBoxLayout(side)
-        column.setContentsMargins(8, 8, 4, 8)
-        column.addLayout(across)
-        column.addWidget(self._lists, 1)
+        across = fill_layout(QHBoxLayout(), self.back, self.forward, self.search, spacing=2)
+        fill_layout(QVBoxLayout(side), across, (self._lists, 1), margins=(8, 8, 4, 8))
         return side
 
     def _fill_contents(self) -> QTreeWidget:

@@ -28,8 +28,6 @@ from forcelab.gui.theme import DARK, LIGHT, Colours
 from forcelab.guide import Page, read_pages
 from forcelab.io import write_atomically
 
-__all__ = ["page_html", "write_guide"]
-
 _PAGE = Template("""\
 <!DOCTYPE html>
 <html lang="en">

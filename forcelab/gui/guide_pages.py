@@ -11,8 +11,6 @@ from PySide6.QtWidgets import QTabWidget, QWidget
 from forcelab.gui.key_events import KeyEventFilter, wants_key
 from forcelab.gui.shortcuts import keys
 
-__all__ = ["PAGES", "GuideKey", "page_about"]
-
 #: The place in the guide by the class of a view or dialog; the innermost one counts.
 PAGES = {
     "Welcome": "index",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from itertools import combinations_with_replacement, pairwise
 
 import PySide6
 from PySide6.QtCore import QRectF, QSize, Qt, qVersion
@@ -23,74 +24,56 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
     QLabel,
-    QPushButton,
     QScrollArea,
     QVBoxLayout,
     QWidget,
 )
 
 from forcelab.gui import settings
+from forcelab.gui.commands import COMMANDS, GROUPS
 from forcelab.gui.document import Document
 from forcelab.gui.exception_hook import log_file
-from forcelab.gui.layout import emphasise, resize_on_screen, search_field
-from forcelab.gui.shortcuts import COMMANDS, GROUPS, Keys, key_name
+from forcelab.gui.layout import (
+    emphasise,
+    fill_layout,
+    push_button,
+    resize_on_screen,
+    search_field,
+)
+from forcelab.gui.shortcuts import Keys, key_name
 from forcelab.gui.text import contains_words
 from forcelab.resources import versions
 from forcelab.version import full_version
 
-
-def _pairs(*texts: str) -> tuple[tuple[str, str], ...]:
-    """Pair every second text with the one before it."""
-    return tuple(zip(texts[::2], texts[1::2], strict=True))
-
-
 #: What the mouse does, as (gesture, what it does), in English.
-MOUSE_HELP = _pairs(
-    "Click",
-    "Go to that time",
-    "Wheel",
-    "Zoom at the pointer",
-    "Shift + wheel",
-    "Show earlier or later time",
-    "Middle button, drag",
-    "Show earlier or later time",
-    "Drag on the forces",
-    "Mark a range",
-    "Drag on the overview",
-    "Show that stretch of time",
-    "Ctrl or Shift + click in the list",
-    "Choose several demonstrations, for the right button's menu",
-    "Drag on the track",
-    "Paint with the chosen action",
-    "Drag an edge",
-    "Move where a segment starts or ends: grab it from within the segment",
-    "Shift + drag a segment, or Alt + drag",
-    "Move the whole segment",
-    "Ctrl while painting or dragging an edge, or Alt",
-    "Do not snap",
-    "Ctrl while moving a segment",
-    "Do not snap",
-    "Double click a segment",
-    "Zoom to it",
-    "Double click an edit in the history",
-    "Go back or forth to where it was the last one",
-    "Drop files on the window",
-    "Import demonstrations, or open a project",
-    "Right button",
-    "Menu of what is under the pointer",
+MOUSE_HELP = (
+    ("Click", "Go to that time"),
+    ("Wheel", "Zoom at the pointer"),
+    ("Shift + wheel", "Show earlier or later time"),
+    ("Middle button, drag", "Show earlier or later time"),
+    ("Drag on the forces", "Mark a range"),
+    ("Drag on the overview", "Show that stretch of time"),
+    (
+        "Ctrl or Shift + click in the list",
+        "Choose several demonstrations, for the right button's menu",
+    ),
+    ("Drag on the track", "Paint with the chosen action"),
+    ("Drag an edge", "Move where a segment starts or ends: grab it from within the segment"),
+    ("Shift + drag a segment, or Alt + drag", "Move the whole segment"),
+    ("Ctrl while painting or dragging an edge, or Alt", "Do not snap"),
+    ("Ctrl while moving a segment", "Do not snap"),
+    ("Double click a segment", "Zoom to it"),
+    ("Double click an edit in the history", "Go back or forth to where it was the last one"),
+    ("Drop files on the window", "Import demonstrations, or open a project"),
+    ("Right button", "Menu of what is under the pointer"),
 )
 #: What pressing an action's key does.
-PAINTING_HELP = _pairs(
-    "Press, press again",
-    "Start at the cursor, end at the cursor",
-    "Hold",
-    "Paint from the press to the release",
-    "Press with a range marked",
-    "Fill the range",
-    "Press with a segment selected",
-    "Give the segment that action",
-    "Hold, or tap and tap again, while recording",
-    "Mark the action live, in Capture",
+PAINTING_HELP = (
+    ("Press, press again", "Start at the cursor, end at the cursor"),
+    ("Hold", "Paint from the press to the release"),
+    ("Press with a range marked", "Fill the range"),
+    ("Press with a segment selected", "Give the segment that action"),
+    ("Hold, or tap and tap again, while recording", "Mark the action live, in Capture"),
 )
 
 
@@ -127,20 +110,14 @@ class HelpPage(QDialog):
         self._search = search_field("Search", "Search keys and gestures")
         self._search.setTextMargins(4, 2, 4, 2)
         self._search.textChanged.connect(self._fill)
-        self._area = QScrollArea()
-        self._area.setWidgetResizable(True)
+        self._area = QScrollArea(widgetResizable=True)
         self._area.setFrameShape(QFrame.Shape.NoFrame)
         self._area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._area.setAccessibleName("Keys and gestures")
         buttons = QDialogButtonBox()
-        close = QPushButton("Close")
-        close.setAccessibleName("Close")
-        close.clicked.connect(self.accept)
+        close = push_button("Close", self.accept, "Close")
         buttons.addButton(close, QDialogButtonBox.ButtonRole.AcceptRole)
-        layout = QVBoxLayout(self)
-        layout.setSpacing(10)
-        for part in (self._search, self._area, buttons):
-            layout.addWidget(part)
+        fill_layout(QVBoxLayout(self), self._search, self._area, buttons, spacing=10)
         resize_on_screen(self, self.sizeHint())
         self._fill()
         keys.changed.connect(self._fill)
@@ -214,38 +191,32 @@ class HelpPage(QDialog):
         """Lay the sections out in columns of like height, in reading order."""
         self._columns = self._fitting()
         page = QWidget()
-        across = QHBoxLayout(page)
-        across.setContentsMargins(4, 4, 12, 4)
-        across.setSpacing(28)
+        across = fill_layout(QHBoxLayout(page), margins=(4, 4, 12, 4), spacing=28)
         sections = self._matching()
         for group in _balanced_columns(sections, self._columns) if sections else ():
-            column = QVBoxLayout()
-            column.setSpacing(18)
-            for section in group:
-                column.addWidget(_card(section))
-            column.addStretch(1)
+            column = fill_layout(QVBoxLayout(), *map(_card, group), 1, spacing=18)
             across.addLayout(column, 1)
         if not sections:
             sentence = f"Nothing is called '{self._search.text()}'."
-            label = QLabel(sentence)
-            label.setTextFormat(Qt.TextFormat.PlainText)
+            label = QLabel(sentence, textFormat=Qt.TextFormat.PlainText)
             label.setAlignment(Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop)
             across.addWidget(label)
         self._area.setWidget(page)
 
 
-def _balanced_columns(sections: Sequence[_Section], columns: int) -> list[list[_Section]]:
-    """Distribute sections over columns without changing their order."""
+def _balanced_columns(sections: Sequence[_Section], columns: int) -> list[Sequence[_Section]]:
+    """Distribute sections over columns without changing their order; the highest one is lowest.
+
+    Of several ways it is that in which the first columns hold most.
+    """
     heights = [2.5 + sum(_lines(row, section.caps) for row in section.rows) for section in sections]
-    low, high = max(heights, default=0.0), sum(heights)
-    while high - low > 0.25:  # the lowest height into which all fit, by bisection
-        middle = (low + high) / 2
-        if len(_stacked(heights, middle)) <= columns:
-            high = middle
-        else:
-            low = middle
-    stacks = _stacked(heights, high)
-    return [[sections[i] for i in stack] for stack in stacks] + [[]] * (columns - len(stacks))
+
+    def highest(cuts: Sequence[int]) -> float:
+        return max(sum(heights[a:b]) for a, b in pairwise((0, *cuts, len(heights))))
+
+    ways = combinations_with_replacement(range(len(sections) + 1), columns - 1)
+    cuts = min(sorted(ways, reverse=True), key=highest)
+    return [sections[a:b] for a, b in pairwise((0, *cuts, len(sections)))]
 
 
 def _lines(row: tuple[tuple[str, ...], str], caps: bool) -> float:
@@ -253,19 +224,6 @@ def _lines(row: tuple[tuple[str, ...], str], caps: bool) -> float:
     pieces, meaning = row
     wrapped = max(-(-len(meaning) // RIGHT), 1 if caps else -(-len(pieces[0]) // LEFT))
     return wrapped + (0.3 if caps else 0.1)
-
-
-def _stacked(heights: Sequence[float], most: float) -> list[list[int]]:
-    """The indices of the heights in each column, if no column may be higher than `most`."""
-    stacks: list[list[int]] = []
-    used = most + 1.0
-    for i, height in enumerate(heights):
-        if used + height > most:
-            stacks.append([])
-            used = 0.0
-        stacks[-1].append(i)
-        used += height
-    return stacks
 
 
 def _card(section: _Section) -> QWidget:
@@ -277,8 +235,7 @@ def _card(section: _Section) -> QWidget:
     grid.setColumnStretch(1, 1)
     heading = QLabel(section.heading)
     emphasise(heading)
-    rule = QFrame()
-    rule.setFrameShape(QFrame.Shape.NoFrame)
+    rule = QFrame(frameShape=QFrame.Shape.NoFrame)
     rule.setFixedHeight(1)
     rule.setAutoFillBackground(True)
     rule.setBackgroundRole(QPalette.ColorRole.Dark)
@@ -286,9 +243,7 @@ def _card(section: _Section) -> QWidget:
     grid.addWidget(rule, 1, 0, 1, 2)
     grid.setColumnMinimumWidth(0, card.fontMetrics().averageCharWidth() * LEFT)
     for i, (pieces, meaning) in enumerate(section.rows, 2):
-        explanation = QLabel(meaning)
-        explanation.setTextFormat(Qt.TextFormat.PlainText)
-        explanation.setWordWrap(True)
+        explanation = QLabel(meaning, textFormat=Qt.TextFormat.PlainText, wordWrap=True)
         if section.caps:
             explanation.setContentsMargins(0, 2, 0, 0)  # on one line with the letters in the caps
         grid.addWidget(_pieces(pieces, section.caps), i, 0, Qt.AlignmentFlag.AlignTop)
@@ -319,18 +274,12 @@ class _KeyCap(QLabel):
 def _pieces(pieces: Sequence[str], caps: bool) -> QWidget:
     """Keys side by side, or a gesture in words."""
     if not caps:
-        gesture = QLabel(" ".join(pieces))
-        gesture.setWordWrap(True)
+        gesture = QLabel(" ".join(pieces), wordWrap=True)
         gesture.setFixedWidth(gesture.fontMetrics().averageCharWidth() * LEFT)
         gesture.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         return gesture
     row = QWidget()
-    across = QHBoxLayout(row)
-    across.setContentsMargins(0, 0, 0, 0)
-    across.setSpacing(4)
-    for piece in pieces:
-        across.addWidget(_KeyCap(piece))
-    across.addStretch(1)
+    fill_layout(QHBoxLayout(row), *map(_KeyCap, pieces), 1, margins=0, spacing=4)
     return row
 
 
@@ -355,23 +304,18 @@ class AboutDialog(QDialog):
         form = QFormLayout()
         for name, value in self._facts.items():
             if name != "forcelab":
-                form.addRow(name, copy_button_clicked(value, name))
-        column = QVBoxLayout(self)
-        column.setSpacing(14)
-        column.addWidget(title)
-        column.addWidget(purpose)
-        column.addLayout(form)
-        column.addWidget(self._buttons())
+                plain = Qt.TextFormat.PlainText  # names of folders are no markup
+                shown = QLabel(value, textFormat=plain)
+                shown.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+                shown.setAccessibleName(name)
+                form.addRow(name, shown)
+        fill_layout(QVBoxLayout(self), title, purpose, form, self._buttons(), spacing=14)
 
     def _buttons(self) -> QDialogButtonBox:
         buttons = QDialogButtonBox()
-        self.copy_button = QPushButton("Copy")
-        self.copy_button.setAccessibleName("Copy versions and places")
-        self.copy_button.clicked.connect(self._copy)
-        close = QPushButton("Close")
-        close.setAccessibleName("Close")
+        self.copy_button = push_button("Copy", self._copy, "Copy versions and places")
+        close = push_button("Close", self.accept, "Close")
         close.setDefault(True)
-        close.clicked.connect(self.accept)
         buttons.addButton(self.copy_button, QDialogButtonBox.ButtonRole.ActionRole)
         buttons.addButton(close, QDialogButtonBox.ButtonRole.AcceptRole)
         return buttons
@@ -380,12 +324,3 @@ class AboutDialog(QDialog):
         lines = (f"{name}: {value}" for name, value in self._facts.items())
         QGuiApplication.clipboard().setText("\n".join(lines))
         self.copy_button.setText("Copied")
-
-
-def copy_button_clicked(value: str, name: str) -> QLabel:
-    """A plain text that can be copied: names of folders are no markup."""
-    label = QLabel(value)
-    label.setTextFormat(Qt.TextFormat.PlainText)
-    label.setAccessibleName(name)
-    label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-    return label

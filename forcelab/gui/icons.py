@@ -16,8 +16,6 @@ from PySide6.QtGui import QColor, QIcon, QIconEngine, QPainter, QPainterPath, QP
 
 from forcelab.gui.theme import colours
 
-__all__ = ["NAMES", "icon", "paint_icon"]
-
 #: Side of the square that icons are written on, and the thickness of their lines on it.
 SIDE, THICKNESS = 16.0, 1.5
 
@@ -181,7 +179,6 @@ class _Engine(QIconEngine):
 
 
 def _pen(ink: QColor) -> QPen:
-    """The pen that icons are drawn with."""
     pen = QPen(ink, THICKNESS)
     pen.setCapStyle(Qt.PenCapStyle.RoundCap)
     pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
@@ -196,7 +193,6 @@ def _paths(name: str) -> tuple[QPainterPath, QPainterPath]:
 
 
 def _path(text: str) -> QPainterPath:
-    """The path that a text describes."""
     path = QPainterPath()
     words = iter(text.split())
     for word in words:

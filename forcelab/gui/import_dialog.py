@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QAction, QDragEnterEvent, QDragMoveEvent, QDropEvent, QKeySequence
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QCheckBox,
@@ -28,7 +27,6 @@ from PySide6.QtWidgets import (
     QLabel,
     QLineEdit,
     QListWidget,
-    QPushButton,
     QScrollArea,
     QTableWidget,
     QTableWidgetItem,
@@ -45,13 +43,15 @@ from forcelab.formats.signatures import is_lerobot_folder, lerobot_folder
 from forcelab.formats.table import rate_in
 from forcelab.formats.table_sniff import is_time_name
 from forcelab.gui import settings
+from forcelab.gui.author_choice import UnsignedCoder
 from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES
 from forcelab.gui.file_dialogs import (
-    accept_as_copy,
+    FileDrop,
     ask_file,
     ask_files,
     ask_folder,
+    let_remove,
     vacant_path,
     with_suffix,
 )
@@ -60,7 +60,8 @@ from forcelab.gui.key_events import ignore_wheel
 from forcelab.gui.layout import (
     ProgressBar,
     copyable,
-    page_layout,
+    fill_layout,
+    push_button,
     resize_on_screen,
     set_enabled_with_reason,
     toned_label,
@@ -150,8 +151,7 @@ class ImportColumns(QWidget):
         self._first = self._proposed = False
         self._waiting = QTimer(self, singleShot=True, interval=_PREVIEW_MS)
         self._waiting.timeout.connect(self._announce_preview)
-        self.heading = QLabel()
-        self.heading.setWordWrap(True)
+        self.heading = QLabel(wordWrap=True)
         self.others = toned_label("warning")
         self.others.hide()
         self.table = QTableWidget(0, 4)
@@ -172,11 +172,7 @@ class ImportColumns(QWidget):
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
         high = QComboBox().sizeHint().height() + 2 * CELL_PADDING
         self.table.verticalHeader().setDefaultSectionSize(high)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self.heading)
-        column.addWidget(self.others)
-        column.addWidget(self.table, 1)
+        fill_layout(QVBoxLayout(self), self.heading, self.others, (self.table, 1), margins=0)
         self.setVisible(False)
 
     def show_first(self, files: Sequence[Path]) -> None:
@@ -398,13 +394,12 @@ class ImportColumns(QWidget):
         return ""
 
     def _choice(self, column: ColumnUse) -> QComboBox:
-        """The choice of what a column is read as."""
         box = QComboBox()
         ignore_wheel(box)  # it scrolls the table
         box.setAccessibleName(f"{column.name} is read as")
         found = [other.use for other in self._preview.untouched if other.name == column.name]
         for use in dict.fromkeys((*found, column.use, *column.choices)):
-            box.addItem(_role_name(use), use)
+            box.addItem("sample counter" if use == "counter" else use, use)
         box.setCurrentIndex(box.findData(column.use))
         box.activated.connect(lambda index: self.wish(column.name, box.itemData(index)))
         return box
@@ -413,9 +408,8 @@ class ImportColumns(QWidget):
 def _pad_columns(choice: QComboBox) -> QWidget:
     """A choice that does not touch those above and below it."""
     cell = QWidget()
-    row = QHBoxLayout(cell)
-    row.setContentsMargins(0, CELL_PADDING, 2 * CELL_PADDING, CELL_PADDING)
-    row.addWidget(choice)
+    margins = 0, CELL_PADDING, 2 * CELL_PADDING, CELL_PADDING
+    fill_layout(QHBoxLayout(cell), choice, margins=margins)
     return cell
 
 
@@ -453,18 +447,6 @@ def _group(column: ColumnUse) -> str:
     return column.name[: max(bare.rfind("/"), bare.rfind(".")) + 1] if column.size else ""
 
 
-def _role_name(use: Use) -> str:
-    words = {
-        "signal": "signal",
-        "times": "times",
-        "counter": "sample counter",
-        "labels": "labels",
-        "video": "video",
-        "left out": "left out",
-    }
-    return words[use]
-
-
 def _has_columns(path: Path) -> bool:
     """Whether a file has columns, or what is like them."""
     try:
@@ -498,9 +480,7 @@ def _video_lines(files: Sequence[str]) -> list[str]:
 
 def _optional_line(name: str, placeholder: str) -> QLineEdit:
     """A line that may stay empty, which then means what it says."""
-    line = QLineEdit()
-    line.setClearButtonEnabled(True)
-    line.setPlaceholderText(placeholder)
+    line = QLineEdit(clearButtonEnabled=True, placeholderText=placeholder)
     line.setAccessibleName(name)
     return line
 
@@ -508,7 +488,7 @@ def _optional_line(name: str, placeholder: str) -> QLineEdit:
 _GOES_ON = "Wait until this is imported."
 
 
-class ImportDialog(QDialog):
+class ImportDialog(FileDrop, QDialog):
     """Choose files, their task and the coder of their labels; import them, and report.
 
     `files` are chosen already, such as by dropping them on the window. While no project is open
@@ -533,22 +513,18 @@ class ImportDialog(QDialog):
         # The end of a path tells files apart.
         self._files.setTextElideMode(NAMES)
         self._files.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self._make_removable()
+        self._files.setSelectionMode(QListWidget.SelectionMode.ExtendedSelection)
+        let_remove(self._files, self._remove)
         self.setAcceptDrops(True)
         self.columns = ImportColumns(jobs)
         self.columns.previewed.connect(self._import_when_previewed)
         self._waits = False
         self._files.currentTextChanged.connect(self._look_at)
         self._bar = ProgressBar("Progress of the import")
-        column = QVBoxLayout(self)
-        column.addLayout(self._heading())
-        column.addWidget(self._files, 1)
-        column.addWidget(self.columns, 3)
-        column.addLayout(self._form())
-        column.addWidget(self._taskless)
-        column.addWidget(self._bar)
-        column.addWidget(self._result(), 3)
-        column.addWidget(self._button_row())
+        column = fill_layout(
+            QVBoxLayout(self), self._heading(), (self._files, 1), (self.columns, 3), self._form()
+        )
+        fill_layout(column, self._taskless, self._bar, (self._result(), 3), self._button_row())
         # Only now: a button that is in no dialog yet cannot be its default.
         self._go.setDefault(True)
         self._warn()
@@ -559,58 +535,38 @@ class ImportDialog(QDialog):
 
     def _heading(self) -> QHBoxLayout:
         """What can be imported, and the button that chooses files."""
-        self._pick = QPushButton("Choose files…")
-        self._pick.clicked.connect(self._choose)
+        self._pick = push_button("Choose files…", self._choose)
         kinds = (
             "Recordings, chosen or dropped here: tables (CSV, TSV, Parquet, Excel), arrays (NumPy, "
             "MATLAB, HDF5), ROS bags, LeRobot datasets (the folder, or its meta/info.json), XDF, "
             "C3D, TDMS, raw OptoForce dumps, *.pdl, archives of projects"
         )
-        label = QLabel(kinds)
-        label.setWordWrap(True)
-        row = QHBoxLayout()
-        row.addWidget(label, 1)
-        row.addWidget(self._pick)
-        return row
+        label = QLabel(kinds, wordWrap=True)
+        return fill_layout(QHBoxLayout(), (label, 1), self._pick)
 
     def _form(self) -> QFormLayout:
         """What the files do not say themselves."""
         document = self._document
-        self._task = QComboBox()
-        self._task.setEditable(True)
+        self._task = QComboBox(editable=True)
         self._task.setAccessibleName("Task")
         self._task.addItems(document.project.demonstrations.tasks() if document.project else ())
         # Of no task until one is chosen: the last one is seldom what is done in the next files.
         self._task.setCurrentText("")
         self._task.currentTextChanged.connect(self._warn)
-        # Labels that are brought were seldom made by who sits here now.
-        self._author = QComboBox()
-        self._author.setEditable(True)
-        self._author.setAccessibleName("Coder for unsigned labels")
-        coders = (ReadOptions().author, *self._coders(), document.author)
-        self._author.addItems(list(dict.fromkeys(coders)))
-        self._rate = QDoubleSpinBox()
-        self._rate.setRange(0, 1e6)
-        self._rate.setSuffix(" Hz")
+        self._author = UnsignedCoder(document, ReadOptions().author)
+        self._rate = QDoubleSpinBox(maximum=1e6, suffix=" Hz")
         self._rate.setSpecialValueText("from the time column")
         self._rate.setAccessibleName("Sample rate of files without times")
         self._rate.valueChanged.connect(self.columns.set_rate)
         self.columns.rate_proposed.connect(self._rate.setValue)
-        self.jitter = QDoubleSpinBox()
-        self.jitter.setRange(0, 1e6)
-        self.jitter.setDecimals(3)
-        self.jitter.setSuffix(" ms")
+        self.jitter = QDoubleSpinBox(maximum=1e6, decimals=3, suffix=" ms")
         self.jitter.setSpecialValueText("none")
         self.jitter.setAccessibleName("Timestamps may jitter by")
         self.calibration = _optional_line(
             "Calibration file of raw OptoForce dumps", "none: forces stay in counts"
         )
-        choose = QPushButton("Choose…")
-        choose.setAccessibleName("Choose the calibration file")
-        choose.clicked.connect(self._ask_calibration)
-        calibration = QHBoxLayout()
-        calibration.addWidget(self.calibration, 1)
-        calibration.addWidget(choose)
+        choose = push_button("Choose…", self._ask_calibration, "Choose the calibration file")
+        calibration = fill_layout(QHBoxLayout(), (self.calibration, 1), choose)
         self.episodes = _optional_line("Episodes of a dataset", "")
         self.videos = QCheckBox("Attach videos beside them that have the same name")
         self.videos.setChecked(True)
@@ -639,15 +595,10 @@ class ImportDialog(QDialog):
         letter = self.project_name.fontMetrics().averageCharWidth()
         self.project_name.setMinimumWidth(26 * letter)
         self.project_folder.setAccessibleName("Folder in which the new project is made")
-        choose = QPushButton("Choose…")
-        choose.setAccessibleName("Choose the folder of the new project")
-        choose.clicked.connect(self._ask_project_folder)
-        row = QHBoxLayout()
-        row.addWidget(self.project_name, 2)
-        row.addWidget(QLabel("in"))
-        row.addWidget(self.project_folder, 3)
-        row.addWidget(choose)
-        return row
+        name = "Choose the folder of the new project"
+        choose = push_button("Choose…", self._ask_project_folder, name)
+        parts = (self.project_name, 2), QLabel("in"), (self.project_folder, 3), choose
+        return fill_layout(QHBoxLayout(), *parts)
 
     def _propose_project(self, files: Sequence[Path]) -> None:
         """Propose a new project beside the recordings, where there is none to import into."""
@@ -675,24 +626,18 @@ class ImportDialog(QDialog):
         return with_suffix(Path(self.project_folder.text().strip()).expanduser() / name)
 
     def _result(self) -> QScrollArea:
-        """The report of the import."""
         page = QWidget()
-        column = page_layout(page, margin=4, spacing=4)
         self._report_labels = [copyable() for _ in range(3)]
-        for label in self._report_labels:
-            column.addWidget(label)
-        column.addStretch(1)
         self._report_labels[1].setProperty("tone", "trouble")
-        self._report = QScrollArea()
-        self._report.setWidgetResizable(True)
+        fill_layout(QVBoxLayout(page), *self._report_labels, 1, margins=4, spacing=4)
+        self._report = QScrollArea(widgetResizable=True)
         self._report.setWidget(page)
         self._report.setVisible(False)
         return self._report
 
     def _button_row(self) -> QDialogButtonBox:
         self._buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        self._go = QPushButton("Import")
-        self._buttons.addButton(self._go, QDialogButtonBox.ButtonRole.ActionRole)
+        self._go = self._buttons.addButton("Import", QDialogButtonBox.ButtonRole.ActionRole)
         self._go.clicked.connect(self._import)
         self._buttons.rejected.connect(self.reject)
         return self._buttons
@@ -719,16 +664,6 @@ class ImportDialog(QDialog):
         self._taskless.setVisible(missing and self._files.count() > 0)
         self._go.setText("Import without a task" if missing else "Import")
 
-    def _make_removable(self) -> None:
-        """Let Delete and the menu remove files from the list."""
-        self._files.setSelectionMode(QListWidget.SelectionMode.ExtendedSelection)
-        remove = QAction("Remove from list", self)
-        remove.setShortcut(QKeySequence.StandardKey.Delete)
-        remove.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
-        remove.triggered.connect(self._remove)
-        self._files.addAction(remove)
-        self._files.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
-
     def _choose(self) -> None:
         chosen = ask_files(self, "Recordings", "recordings")
         self.add_files(chosen)
@@ -736,13 +671,11 @@ class ImportDialog(QDialog):
             self._go.setFocus()
 
     def _ask_calibration(self) -> None:
-        kinds = "Calibration files (*.toml)"
-        file = ask_file(self, "Calibration file", "calibration", kinds)
+        file = ask_file(self, "Calibration file", "calibration", "Calibration files (*.toml)")
         if file is not None:
             self.calibration.setText(str(file))
 
     def _remove(self) -> None:
-        """Remove the selected files."""
         for item in self._files.selectedItems():
             self._files.takeItem(self._files.row(item))
         self._changed()
@@ -795,8 +728,7 @@ class ImportDialog(QDialog):
         options = ReadOptions(
             episodes=episodes,
             task=settle_name(self, self._task.currentText(), tasks) or None,
-            author=settle_name(self, self._author.currentText(), self._coders())
-            or ReadOptions().author,
+            author=self._author.settle() or ReadOptions().author,
             rate=self._rate.value() or None,
             jitter=self.jitter.value() / 1000,
             calibration=Path(calibration) if calibration else None,
@@ -814,11 +746,6 @@ class ImportDialog(QDialog):
             self._bar.show_progress,
             key="import",
         )
-
-    def _coders(self) -> tuple[str, ...]:
-        """The coders whose labels the project has."""
-        project = self._document.project
-        return project.coding.coders() if project else ()
 
     def _imported(
         self, path: Path, files: Sequence[str], choice: str, report: ImportReport
@@ -886,12 +813,3 @@ class ImportDialog(QDialog):
             label.setText(name_fields("\n".join(part), _FIELDS))
             label.setVisible(bool(part))
         self._report.setVisible(any(parts))
-
-    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        accept_as_copy(event)
-
-    def dragMoveEvent(self, event: QDragMoveEvent) -> None:
-        accept_as_copy(event)
-
-    def dropEvent(self, event: QDropEvent) -> None:
-        self.add_files(accept_as_copy(event))

@@ -13,6 +13,7 @@ import threading
 import time
 from collections.abc import Callable, Generator
 from contextlib import suppress
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -20,52 +21,33 @@ from PySide6.QtCore import QObject, Qt, Signal, SignalInstance, Slot
 
 from forcelab.errors import ForcelabError
 
-__all__ = ["Job", "Jobs"]
-
 #: Seconds that the window waits for its jobs when it closes.
 THREAD_TIMEOUT = 1.0
 
 
+@dataclass(eq=False)
 class Job:
     """One job with its result; made by :meth:`Jobs.run`."""
 
-    def __init__(
-        self,
-        generator: Generator[Any, None, Any],
-        done: Callable[[Any], object],
-        failed: Callable[[Exception], object] | None,
-        progress: Callable[[Any], object] | None,
-        key: str,
-    ) -> None:
-        self.key = key
-        self.generator = generator
-        self.done = done
-        self.failed = failed
-        self.progress = progress
-        self.result: object = None
-        self.error: Exception | None = None
-        self._cancelled = threading.Event()
-        self._ended = threading.Event()
-        # What was yielded last and not yet been shown; only the newest is worth showing.
-        self.latest: object = None
-        self.unseen = threading.Lock()
-
-    @property
-    def cancelled(self) -> bool:
-        """Whether its result is to be dropped."""
-        return self._cancelled.is_set()
-
-    @property
-    def running(self) -> bool:
-        """Whether it waits or works."""
-        return not self._ended.is_set()
+    key: str
+    generator: Generator[Any, None, Any]
+    done: Callable[[Any], object]
+    failed: Callable[[Exception], object] | None
+    progress: Callable[[Any], object] | None
+    result: object = None
+    error: Exception | None = None
+    running: bool = True  # it waits or works
+    cancelled: bool = False  # its result is to be dropped
+    # What was yielded last and not yet been shown; only the newest is worth showing.
+    latest: object = None
+    unseen: threading.Lock = field(default_factory=threading.Lock)
 
     def cancel(self) -> None:
         """Ask it to stop at its next yield; nothing of it is delivered from now on."""
-        self._cancelled.set()
+        self.cancelled = True
 
     def work(self, moved: Callable[[], object]) -> None:
-        """Run to the end or until cancelled, in the calling thread.
+        """Run to the end or until cancelled, in the calling thread, and clean up there.
 
         `moved` is called when there is progress to show and none is under way already.
         """
@@ -81,23 +63,19 @@ class Job:
         except Exception as error:  # noqa: BLE001 - carried to the GUI's thread, which reports it
             self.error = error
         finally:
-            self._closed()
-            self._ended.set()
-
-    def _closed(self) -> None:
-        """Let the generator clean up in the thread in which it worked."""
-        try:
-            self.generator.close()
-        except Exception as error:  # noqa: BLE001 - as above: cleaning up may fail, too
-            self.error = self.error or error
+            try:
+                self.generator.close()
+            except Exception as error:  # noqa: BLE001 - as above: cleaning up may fail, too
+                self.error = self.error or error
+            self.running = False
 
 
+@dataclass
 class _Lane:
     """The jobs of one key: one that works and at most one that waits for it."""
 
-    def __init__(self) -> None:
-        self.current: Job | None = None
-        self.waiting: Job | None = None
+    current: Job | None = None
+    waiting: Job | None = None
 
 
 class Jobs(QObject):
@@ -146,7 +124,7 @@ class Jobs(QObject):
         jobs without a key are independent.
         """
         self._count += 1
-        job = Job(generator, done, failed, progress, key or f"job {self._count}")
+        job = Job(key or f"job {self._count}", generator, done, failed, progress)
         self.cancel(job.key)
         self._newest[job.key] = job
         with self._lock:
@@ -208,7 +186,6 @@ class Jobs(QObject):
 
     @Slot(object)
     def _show_progress(self, job: Job) -> None:
-        """Deliver the latest progress."""
         job.unseen.release()
         if job.progress is not None and not job.cancelled:
             job.progress(job.latest)

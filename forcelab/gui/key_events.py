@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import NamedTuple
 
 import shiboken6
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer
@@ -213,20 +213,15 @@ def is_typing(widget: QWidget | None) -> bool:
     return isinstance(widget, (QAbstractSpinBox, QKeySequenceEdit))
 
 
-@runtime_checkable
-class KeyKeeper(Protocol):
-    """A part of the window with keys of its own, which hold while it has the keyboard."""
-
-    def keeps(self, event: QKeyEvent) -> bool:
-        """Whether a key is one of them; then it is no command and paints no action."""
-
-
 def is_reserved_key(widget: QWidget | None, event: QKeyEvent) -> bool:
-    """Whether a key belongs to a part of the window that a widget is in."""
+    """Whether a key belongs to a part of the window that a widget is in, and that says so.
+
+    Such a part has keys of its own, which hold while it has the keyboard: its method `keeps` tells
+    whether a key is one of them. Then it is no command and paints no action.
+    """
     while widget is not None:
-        # To compare with a protocol takes long, and this is asked for each key.
-        named = hasattr(type(widget), "keeps")
-        if named and isinstance(widget, KeyKeeper) and widget.keeps(event):
+        keeps = getattr(widget, "keeps", None)
+        if keeps is not None and keeps(event):
             return True
         if widget.isWindow():
             return False

@@ -9,17 +9,13 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtGui import QAction, QDragEnterEvent, QDragMoveEvent, QDropEvent, QKeySequence
 from PySide6.QtWidgets import (
     QCheckBox,
-    QComboBox,
     QDialog,
     QDialogButtonBox,
-    QDoubleSpinBox,
     QFormLayout,
     QHBoxLayout,
     QLabel,
-    QPushButton,
     QScrollArea,
     QVBoxLayout,
     QWidget,
@@ -31,17 +27,21 @@ from forcelab.formats.label_files import (
     LabelReport,
     importing_labels,
 )
+from forcelab.gui.author_choice import UnsignedCoder
 from forcelab.gui.document import Document
-from forcelab.gui.file_dialogs import accept_as_copy, ask_files
+from forcelab.gui.file_dialogs import FileDrop, ask_files, let_remove
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import (
     ProgressBar,
     copyable,
+    fill_layout,
+    push_button,
     resize_on_screen,
+    seconds_box,
     set_enabled_with_reason,
 )
-from forcelab.gui.text import name_fields, settle_name
+from forcelab.gui.text import name_fields
 from forcelab.gui.theme import colours
 from forcelab.gui.widgets import ElidedComboBox, combo_box
 from forcelab.text import counted
@@ -67,7 +67,7 @@ _FIELDS: Final = {
 }
 
 
-class LabelImportDialog(QDialog):
+class LabelImportDialog(FileDrop, QDialog):
     """Choose label files, see what each belongs to, and import them.
 
     What is hidden from the coder stays hidden.
@@ -86,26 +86,20 @@ class LabelImportDialog(QDialog):
         self.table.setAccessibleName("Labels in the files")
         self.table.verticalHeader().hide()
         self.table.selectionModel().selectionChanged.connect(self._show_remarks)
-        self._make_removable()
+        let_remove(self.table, self._remove)
         self._bar = ProgressBar("Progress of the import")
         self._text = copyable()
         self._text.setAlignment(Qt.AlignmentFlag.AlignTop)
         self._text.setMargin(4)
-        self._sentences = QScrollArea()
-        self._sentences.setWidgetResizable(True)
+        self._sentences = QScrollArea(widgetResizable=True)
         self._sentences.setWidget(self._text)
         self._sentences.setFixedHeight(LINES * self.fontMetrics().lineSpacing() + 8)
-        column = QVBoxLayout(self)
-        column.addLayout(self._heading())
-        column.addWidget(self.table, 1)
-        column.addLayout(self._form())
-        column.addWidget(self._bar)
-        column.addWidget(self._sentences)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         self.go = buttons.addButton("Import", QDialogButtonBox.ButtonRole.ActionRole)
         self.go.clicked.connect(self._import)
         buttons.rejected.connect(self.reject)
-        column.addWidget(buttons)
+        column = fill_layout(QVBoxLayout(self), self._heading(), (self.table, 1), self._form())
+        fill_layout(column, self._bar, self._sentences, buttons)
         # Only now: a button that is in no dialog yet cannot be its default.
         self.go.setDefault(True)
         self._show(LabelReport(), _PLANNED)
@@ -116,12 +110,10 @@ class LabelImportDialog(QDialog):
             "Audacity, tables (CSV). Each belongs to the demonstration of its name."
         )
         label.setWordWrap(True)
-        self.pick = QPushButton("Choose files…")
-        self.pick.clicked.connect(lambda: self.add_files(ask_files(self, "Label files", "labels")))
-        row = QHBoxLayout()
-        row.addWidget(label, 1)
-        row.addWidget(self.pick)
-        return row
+        self.pick = push_button(
+            "Choose files…", lambda: self.add_files(ask_files(self, "Label files", "labels"))
+        )
+        return fill_layout(QHBoxLayout(), (label, 1), self.pick)
 
     def _form(self) -> QFormLayout:
         """What the files do not say themselves."""
@@ -133,11 +125,7 @@ class LabelImportDialog(QDialog):
             self.demonstration.addItem(
                 f"This demonstration ({document.demonstration.name})", document.id
             )
-        self.author = QComboBox()
-        self.author.setEditable(True)
-        self.author.setAccessibleName("Coder for unsigned labels")
-        coders = (LabelOptions().author, *self._coders(), document.author)
-        self.author.addItems(list(dict.fromkeys(coders)))
+        self.author = UnsignedCoder(document, LabelOptions().author)
         self.tiers = combo_box(
             "Tiers of ELAN and Praat",
             {
@@ -145,12 +133,8 @@ class LabelImportDialog(QDialog):
                 "Actions: each annotation is the action its tier is called": "actions",
             },
         )
-        self.offset = QDoubleSpinBox()
+        self.offset = seconds_box("Add to all times")
         self.offset.setRange(-1e6, 1e6)
-        self.offset.setDecimals(3)
-        self.offset.setSuffix(" s")
-        self.offset.setAccessibleName("Add to all times")
-        self.offset.setKeyboardTracking(False)
         self.replacing = QCheckBox("Replace existing labels of these authors (can be undone)")
         for changed in (
             self.demonstration.currentIndexChanged,
@@ -168,15 +152,6 @@ class LabelImportDialog(QDialog):
         form.addRow("", self.replacing)
         return form
 
-    def _make_removable(self) -> None:
-        """Let Delete and the menu remove files from the list."""
-        remove = QAction("Remove from list", self)
-        remove.setShortcut(QKeySequence.StandardKey.Delete)
-        remove.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
-        remove.triggered.connect(self._remove)
-        self.table.addAction(remove)
-        self.table.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
-
     def add_files(self, files: Sequence[Path]) -> None:
         self._files = list(dict.fromkeys([*self._files, *files]))
         if files:
@@ -191,17 +166,10 @@ class LabelImportDialog(QDialog):
     def _remove(self) -> None:
         """Remove the files of the selected rows."""
         rows = {index.row() for index in self.table.selectionModel().selectedRows()}
-        names = {path for row, path in enumerate(self._row_files()) if row in rows}
+        listed = (*(track.file for track in self._report.tracks), *self._report.unread)
+        names = {path for row, path in enumerate(listed) if row in rows}
         self._files = [path for path in self._files if path not in names]
         self._preview()
-
-    def _row_files(self) -> list[Path]:
-        """The file of each row."""
-        return [*(track.file for track in self._report.tracks), *self._report.unread]
-
-    def _coders(self) -> tuple[str, ...]:
-        project = self._document.project
-        return project.coding.coders() if project else ()
 
     def _preview(self) -> None:
         """Read the files anew, to show what they are labels of; not while they are imported."""
@@ -214,8 +182,7 @@ class LabelImportDialog(QDialog):
             self._show(LabelReport(), _PLANNED)
 
     def _import(self) -> None:
-        author = settle_name(self, self.author.currentText(), self._coders())
-        self._run(author, writing=True)
+        self._run(self.author.settle(), writing=True)
 
     def _run(self, author: str, *, writing: bool) -> None:
         project = self._document.project
@@ -263,20 +230,9 @@ class LabelImportDialog(QDialog):
         self._report = report
         self._bar.setVisible(False)
         rows = [_row(track, words) for track in report.tracks]
-        rows += [
-            _trouble(
-                TableRow(
-                    (
-                        path.name,
-                        "",
-                        "",
-                        "",
-                        name_fields(reason.replace(str(path), path.name), _FIELDS),
-                    )
-                )
-            )
-            for path, reason in report.unread.items()
-        ]
+        for path, why in report.unread.items():
+            result = name_fields(why.replace(str(path), path.name), _FIELDS)
+            rows.append(_trouble(TableRow((path.name, "", "", "", result))))
         self._model.show(_COLUMNS, rows)
         self.table.fit_columns(stretched=len(_COLUMNS) - 1)
         ready = report.count("new") + report.count("replaced")
@@ -300,15 +256,6 @@ class LabelImportDialog(QDialog):
         self._text.setText(text)
         self._text.setStyleSheet(f"color: {colours().trouble}" if trouble else "")
         self._sentences.setVisible(bool(text))
-
-    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        accept_as_copy(event)
-
-    def dragMoveEvent(self, event: QDragMoveEvent) -> None:
-        accept_as_copy(event)
-
-    def dropEvent(self, event: QDropEvent) -> None:
-        self.add_files(accept_as_copy(event))
 
 
 def _row(track: ImportedTrack, words: dict[str, str]) -> TableRow:

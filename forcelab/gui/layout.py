@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
-from typing import Literal
+from typing import Literal, TypeVar
 
-from PySide6.QtCore import QByteArray, QEvent, QObject, QSize, Qt, QTimer
+from PySide6.QtCore import QByteArray, QEvent, QObject, QSize, Qt, QTimer, SignalInstance
 from PySide6.QtGui import QAction, QFont, QHelpEvent, QMouseEvent, QPalette, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractItemView,
+    QBoxLayout,
     QDialog,
     QDialogButtonBox,
     QDockWidget,
+    QDoubleSpinBox,
     QFrame,
     QHeaderView,
     QLabel,
+    QLayout,
     QLineEdit,
     QMainWindow,
     QMenu,
@@ -32,6 +35,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from forcelab.gui import settings
 from forcelab.gui.icons import icon
 from forcelab.jobs import Progress
 
@@ -41,14 +45,15 @@ ROW_SPACING = 1.6
 PAGE_MARGIN = 16
 #: Of a widget that may become as high as it can (Qt's QWIDGETSIZE_MAX), in pixels.
 UNLIMITED = 16_777_215
+#: The version of the docks' layout: one of another version is not restored.
+LAYOUT = 1
 #: What a window's frame adds to its width and height at most, in pixels.
 FRAME = QSize(16, 44)
 
 
 def scroll_area(page: QWidget) -> QScrollArea:
     """A page that scrolls up and down if there is too little room; it wraps its texts."""
-    area = QScrollArea()
-    area.setWidgetResizable(True)
+    area = QScrollArea(widgetResizable=True)
     area.setFrameShape(QFrame.Shape.NoFrame)
     area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
     area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -168,17 +173,23 @@ class DockedWindow(QMainWindow):
         if shown:
             self.resizeDocks([*shown], [*shown.values()], Qt.Orientation.Horizontal)
 
-    @property
-    def widths(self) -> list[str]:
-        """The widths that the lists should have, to be remembered with the layout."""
-        return [f"{width} {dock.objectName()}" for dock, width in self._widths.items()]
+    def store_docks(self, key: str) -> None:
+        """Remember where the docks are, and how wide they should be: the window may be small."""
+        settings.store(f"{key}/layout", bytes(self.saveState(LAYOUT).data()))
+        widths = [f"{width} {dock.objectName()}" for dock, width in self._widths.items()]
+        settings.store(f"{key}/widths", widths)
 
-    def recall_widths(self, widths: Iterable[str]) -> None:
-        """Have the widths that were remembered: the window may have been small when it closed."""
-        for width, _, name in (entry.partition(" ") for entry in widths):
+    def restore_docks(self, key: str) -> bool:
+        """Have the docks as they were remembered; gives whether they were."""
+        state = settings.data(f"{key}/layout")
+        if not state or not self.restoreState(QByteArray(state), LAYOUT):
+            return False
+        for entry in settings.strings(f"{key}/widths"):
+            width, _, name = entry.partition(" ")
             dock = self.findChild(QDockWidget, name)
             if isinstance(dock, QDockWidget) and width.isdecimal():
                 self._widths[dock] = int(width)
+        return True
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -253,6 +264,37 @@ class PageOrPlaceholder(QStackedWidget):
         self.setCurrentIndex(1 if text else 0)
 
 
+#: What stands in a row or column: a widget or layout, alone or with its share of the room that is
+#: left; a number is the share of room that stays empty.
+Part = QWidget | QLayout | int | tuple[QWidget | QLayout, int]
+BoxT = TypeVar("BoxT", bound=QBoxLayout)
+
+
+def fill_layout(
+    layout: BoxT,
+    *parts: Part,
+    margins: int | tuple[int, int, int, int] | None = None,
+    spacing: int | None = None,
+) -> BoxT:
+    """Add parts to a row or column, and give it back.
+
+    Margins (all, or left, top, right and bottom) and spacing are pixels, by default the style's.
+    """
+    if margins is not None:
+        layout.setContentsMargins(*((margins,) * 4 if isinstance(margins, int) else margins))
+    if spacing is not None:
+        layout.setSpacing(spacing)
+    for part in parts:
+        content, share = part if isinstance(part, tuple) else (part, 0)
+        if isinstance(content, QWidget):
+            layout.addWidget(content, share)
+        elif isinstance(content, QLayout):
+            layout.addLayout(content, share)
+        else:
+            layout.addStretch(content)
+    return layout
+
+
 def page_layout(
     room: QWidget,
     *parts: QWidget,
@@ -261,12 +303,52 @@ def page_layout(
     spacing: int = 0,
 ) -> QVBoxLayout:
     """Stack parts in a widget; the `growing` one gets the room left. Pixels."""
-    layout = QVBoxLayout(room)
-    layout.setContentsMargins(margin, margin, margin, margin)
-    layout.setSpacing(spacing)
-    for part in parts:
-        layout.addWidget(part, int(part is growing))
-    return layout
+    shared = [(part, int(part is growing)) for part in parts]
+    return fill_layout(QVBoxLayout(room), *shared, margins=margin, spacing=spacing)
+
+
+def push_button(
+    text: str,
+    press: Callable[..., object] | SignalInstance,
+    name: str = "",
+    tip: str = "",
+    *,
+    auto_default: bool = True,
+) -> QPushButton:
+    """A button and what a press calls or emits; `name` is for screen readers if the text says less.
+
+    Unless `auto_default`, Enter presses it only while it has the keyboard.
+    """
+    button = QPushButton(text, autoDefault=auto_default)
+    button.setAccessibleName(name)
+    button.setToolTip(tip)
+    button.clicked.connect(press)
+    return button
+
+
+def tool_button(image: str, name: str, press: Callable[..., object], tip: str = "") -> QToolButton:
+    """A button with an icon; `name` is for screen readers, and the tooltip if there is no `tip`."""
+    button = QToolButton()
+    button.setIcon(icon(image))
+    button.setAccessibleName(name)
+    button.setToolTip(tip or name)
+    button.clicked.connect(press)
+    return button
+
+
+def seconds_box(name: str) -> QDoubleSpinBox:
+    """A field for a time to the millisecond, which counts once it is entered."""
+    box = QDoubleSpinBox(decimals=3, suffix=" s")
+    box.setKeyboardTracking(False)
+    box.setAccessibleName(name)
+    return box
+
+
+def label_of(field: QWidget, text: str) -> QLabel:
+    """The label of a field; the key that it names with an ampersand leads there."""
+    label = QLabel(text)
+    label.setBuddy(field)
+    return label
 
 
 def muted_label(text: str = "") -> QLabel:
@@ -339,6 +421,13 @@ def dialog_buttons(
     return buttons, use
 
 
+def run_dialog(dialog: QDialog) -> bool:
+    """Show a dialog until it is closed; gives whether it was accepted."""
+    accepted = bool(dialog.exec())
+    dialog.deleteLater()
+    return accepted
+
+
 def resize_on_screen(window: QWidget, size: QSize) -> None:
     """Give a window a size (without its frame), or as much of it as its screen has room for."""
     window.resize(size.boundedTo(window.screen().availableGeometry().size() - FRAME))
@@ -353,8 +442,7 @@ def search_field(placeholder: str, name: str) -> QLineEdit:
 
 def separator() -> QFrame:
     """A line between two groups."""
-    line = QFrame()
-    line.setFrameShape(QFrame.Shape.HLine)
+    line = QFrame(frameShape=QFrame.Shape.HLine)
     line.setFrameShadow(QFrame.Shadow.Plain)
     line.setForegroundRole(QPalette.ColorRole.Mid)
     return line

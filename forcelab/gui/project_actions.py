@@ -19,6 +19,7 @@ from forcelab.gui.file_dialogs import (
     with_suffix,
 )
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.layout import run_dialog
 from forcelab.gui.preferences import SAMPLE_FOLDER
 from forcelab.gui.text import ask
 from forcelab.jobs import Progress
@@ -64,9 +65,7 @@ class ProjectActions(QObject):
         try:
             self._document.open_project(path)
         except ForcelabError as error:
-            self._document.show_message(str(error), True)
-            self.refused.emit(str(error))
-            return False
+            return self._refuse(str(error))
         self._take_coder(path)
         if self._remembering:
             settings.remember_project(path)
@@ -103,8 +102,12 @@ class ProjectActions(QObject):
         """Whether a recent project is still there; says so if not."""
         if settings.is_folder(path):
             return True
-        self.refused.emit(_not_found(path))
-        self._document.show_message(_not_found(path), True)
+        return self._refuse(_not_found(path))
+
+    def _refuse(self, sentence: str) -> bool:
+        """Say why nothing was opened, wherever the coder looks; gives False."""
+        self._document.show_message(sentence, True)
+        self.refused.emit(sentence)
         return False
 
     def _locate(self, path: Path) -> bool:
@@ -131,7 +134,6 @@ class ProjectActions(QObject):
             self._document.show_message(f"'{name}' is a new coder beside '{existing}'.")
 
     def remember_demonstration(self) -> None:
-        """Remember which demonstration is open."""
         project = self._document.project
         if self._remembering and project is not None and self._document.id:
             settings.store(_last_demonstration_key(project.path), self._document.id)
@@ -149,8 +151,7 @@ class ProjectActions(QObject):
 
         def failed(error: Exception) -> None:
             self.sampling.emit(None)
-            self._document.show_message(str(error), True)
-            self.refused.emit(str(error))
+            self._refuse(str(error))
 
         self.sampling.emit(Progress(0, 1, "making the sample project"))
         job = make_sample_job(path, os.cpu_count() or 1)
@@ -171,8 +172,7 @@ class ProjectActions(QObject):
     def ask_new(self) -> None:
         """Let the user name a new project's folder."""
         suggested = vacant_path(last_folder("project"), "study")
-        title = "New project"
-        chosen, _ = QFileDialog.getSaveFileName(self._window, title, str(suggested))
+        chosen, _ = QFileDialog.getSaveFileName(self._window, "New project", str(suggested))
         if not chosen:
             return
         path = with_suffix(Path(chosen))
@@ -195,9 +195,7 @@ class ProjectActions(QObject):
             files = ask_files(self._window, "Recordings", "recordings")
             if not files:
                 return
-        dialog = ImportDialog(self._document, self._jobs, self._window, files, self.open)
-        dialog.exec()
-        dialog.deleteLater()
+        run_dialog(ImportDialog(self._document, self._jobs, self._window, files, self.open))
         if new and self._document.project is not None:
             self.begun.emit()
 
@@ -205,9 +203,7 @@ class ProjectActions(QObject):
         """Let the user choose label files, and import them onto the demonstrations they are of."""
         from forcelab.gui.label_import_dialog import LabelImportDialog
 
-        dialog = LabelImportDialog(self._document, self._jobs, self._window)
-        dialog.exec()
-        dialog.deleteLater()
+        run_dialog(LabelImportDialog(self._document, self._jobs, self._window))
 
 
 def _not_found(path: Path) -> str:

@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QCheckBox, QDialog, QDialogButtonBox, QLabel, QVBoxLayout, QWidget
 
 from forcelab.gui.demonstration_model import DemonstrationRow, percent
-from forcelab.gui.layout import set_enabled_with_reason
+from forcelab.gui.layout import fill_layout, run_dialog, set_enabled_with_reason
 from forcelab.gui.text import escape_ampersands
 from forcelab.labels import is_model
 from forcelab.project import Project, RunUse
@@ -46,10 +46,7 @@ class Removal(QDialog):
         )
         buttons.rejected.connect(self.reject)
         buttons.button(QDialogButtonBox.StandardButton.Cancel).setDefault(True)
-        column = QVBoxLayout(self)
-        column.setSpacing(10)
-        for widget in (self.text, self.others, buttons):
-            column.addWidget(widget)
+        fill_layout(QVBoxLayout(self), self.text, self.others, buttons, spacing=10)
 
 
 def confirm_removal(
@@ -61,10 +58,7 @@ def confirm_removal(
     """
     changed = False
     while True:
-        dialog = removal_of(rows, author, parent, changed=changed)
-        agreed = dialog.exec()
-        dialog.deleteLater()
-        if not agreed:
+        if not run_dialog(removal_of(rows, author, parent, changed=changed)):
             return False
         notes = project.coding.notes(author)
         now = [
@@ -94,17 +88,20 @@ def removal_of(
 def _author_counts(rows: Sequence[DemonstrationRow], author: str) -> str:
     """What is lost and what stays."""
     if len(rows) == 1:
+        name, losses = rows[0].info.name, ", ".join(_losses(rows[0], author))
         return (
-            "Remove '{}' for good? With it go: {}.\n\nThis cannot be undone. The file that it "
-            "was imported from stays, and so do runs and recognisers."
-        ).format(rows[0].info.name, ", ".join(_losses(rows[0], author)))
+            f"Remove '{name}' for good? With it go: {losses}.\n\nThis cannot be undone. The file "
+            "that it was imported from stays, and so do runs and recognisers."
+        )
     names = [f"'{row.info.name}'" for row in rows[:NAMED]]
     if len(rows) > NAMED:
         names.append(f"and {len(rows) - NAMED} more")
+    losses = ", ".join(_common_losses(rows, author))
     return (
-        "Remove these {} demonstrations for good: {}? With them go: {}.\n\nThis cannot be "
-        "undone. The files that they were imported from stay, and so do runs and recognisers."
-    ).format(len(rows), ", ".join(names), ", ".join(_common_losses(rows, author)))
+        f"Remove these {len(rows)} demonstrations for good: {', '.join(names)}? With them go: "
+        f"{losses}.\n\nThis cannot be undone. The files that they were imported from stay, and so "
+        "do runs and recognisers."
+    )
 
 
 def _losses(row: DemonstrationRow, author: str) -> list[str]:
@@ -112,7 +109,7 @@ def _losses(row: DemonstrationRow, author: str) -> list[str]:
     losses = [f"the recording ({row.info.duration:.2f} s)"]
     videos = row.info.videos
     if len(videos) > 1:
-        losses.append("its videos {}".format(", ".join(f"'{name}'" for name in videos)))
+        losses.append("its videos " + ", ".join(f"'{name}'" for name in videos))
     elif videos:
         losses.append("its video")
     if row.share:
@@ -160,28 +157,26 @@ def _others(rows: Sequence[DemonstrationRow]) -> str:
             return "Remove it whatever others have labelled on it"
         return "Remove them whatever others have labelled on them"
     authors = dict.fromkeys(name for row in rows for name, _ in row.others)
-    names = [name for name in authors if not is_model(name)]
-    if not names:
-        return ""
-    return "Remove the labels of {} too".format(", ".join(names))
+    names = ", ".join(name for name in authors if not is_model(name))
+    return f"Remove the labels of {names} too" if names else ""
 
 
 def removal_of_run(name: str, use: RunUse, parent: QWidget | None = None) -> Removal:
     """The dialog for a run, under its name in the list."""
-    losses = "With it go its predictions and scores ({0})."
+    losses = "predictions and scores"
     if use.recogniser:
-        losses = "With it go its predictions, its scores and its recogniser ({0})."
-    sentences = [f"Remove the run '{name}' for good?" + " " + losses.format(amount(use.bytes))]
+        losses = "predictions, its scores and its recogniser"
+    size = amount(use.bytes)
+    sentences = [f"Remove the run '{name}' for good? With it go its {losses} ({size})."]
     if use.accepted:
         sentences.append(
-            f"Predictions of it were accepted as labels ({use.accepted} edits); these "
-            "labels stay, and "
-            "still tell what proposed them."
+            f"Predictions of it were accepted as labels ({use.accepted} edits); these labels stay, "
+            "and still tell what proposed them."
         )
     if use.verdicts:
         sentences.append(
-            f"Verdicts were given on it ({use.verdicts}); they stay, but no longer tell on "
-            "which run."
+            f"Verdicts were given on it ({use.verdicts}); they stay, but no longer tell on which "
+            "run."
         )
     sentences.append("This cannot be undone. No label changes.")
     return Removal("Remove a run", "\n\n".join(sentences), "", parent)

@@ -15,11 +15,11 @@ from PySide6.QtWidgets import (
     QFileDialog,
     QHBoxLayout,
     QLineEdit,
-    QPushButton,
     QWidget,
 )
 
 from forcelab.gui.key_events import ignore_wheel
+from forcelab.gui.layout import fill_layout, page_layout, push_button
 from forcelab.gui.widgets import ElidedLabel, combo_box
 from forcelab.setting_field import SettingField
 
@@ -51,11 +51,7 @@ class Editor(QWidget):
 
     def _lay_out(self, *controls: QWidget) -> None:
         """Put controls beside each other; the first gets the keyboard."""
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        for control in controls:
-            row.addWidget(control)
-        row.addStretch(1)
+        fill_layout(QHBoxLayout(self), *controls, 1, margins=0)
         self.setFocusProxy(controls[0])
 
 
@@ -166,14 +162,9 @@ class FolderEditor(Editor):
         self._folder = Path()
         self._shown = ElidedLabel()
         self._shown.setAccessibleName(field.label)
-        self._choose = QPushButton("Choose…")
-        self._choose.setAccessibleName(f"Choose: {field.label}")
-        self._choose.setAutoDefault(False)
-        self._choose.clicked.connect(self._ask)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.addWidget(self._choose)
-        row.addWidget(self._shown, 1)
+        name = f"Choose: {field.label}"
+        self._choose = push_button("Choose…", self._ask, name, auto_default=False)
+        fill_layout(QHBoxLayout(self), self._choose, (self._shown, 1), margins=0)
         self.setFocusProxy(self._choose)
 
     def value(self) -> Path:
@@ -198,9 +189,7 @@ class PathsEditor(Editor):
         self.line = QLineEdit()
         self.line.setAccessibleName(field.label)
         self.line.editingFinished.connect(self.changed)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.addWidget(self.line)
+        page_layout(self, self.line)
         self.setFocusProxy(self.line)
 
     def value(self) -> tuple[str, ...]:

@@ -24,26 +24,6 @@ from PySide6.QtCore import QSettings, QStandardPaths
 
 from forcelab.text import tidy_name
 
-__all__ = [
-    "account",
-    "coder",
-    "data",
-    "documents_folder",
-    "flag",
-    "forget",
-    "forget_project",
-    "is_folder",
-    "key_of",
-    "number",
-    "recent_projects",
-    "remember_coder",
-    "remember_project",
-    "settings",
-    "store",
-    "strings",
-    "text",
-]
-
 log = logging.getLogger(__name__)
 
 #: How many projects the list of recent ones holds.

@@ -16,11 +16,9 @@ from PySide6.QtWidgets import QWidget
 
 from forcelab.errors import InputError
 from forcelab.gui import settings
-from forcelab.gui.commands import COMMANDS, GROUPS, Command
+from forcelab.gui.commands import COMMANDS, Command
 from forcelab.gui.key_events import guard_typing, held_shortcuts
 from forcelab.vocabulary import KEYS, Vocabulary
-
-__all__ = ["COMMANDS", "GROUPS", "Keys", "bind", "collision", "key_name", "keys"]
 
 log = logging.getLogger(__name__)
 _BY_ID = {command.id: command for command in COMMANDS}
@@ -189,9 +187,8 @@ class _Following(QObject):
 
 def _action(widget: QWidget, command: Command, handler: Callable[[], object]) -> QAction:
     """The action of one command, without keys."""
-    action = QAction(command.text, widget)
+    action = QAction(command.text, widget, checkable=command.checkable)
     action.setObjectName(command.id)
-    action.setCheckable(command.checkable)
     action.setAutoRepeat(command.repeats)
     if not command.repeats:
         held_shortcuts().watch(action)

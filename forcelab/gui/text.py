@@ -80,8 +80,3 @@ def ask(
     pressed = [text for text, b in zip(answers, buttons, strict=True) if b is box.clickedButton()]
     box.deleteLater()
     return pressed[0] if pressed else answers[escape]
-
-
-def thousands(number: int) -> str:
-    """A whole number with thousands separators."""
-    return f"{number:,}"

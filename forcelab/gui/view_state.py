@@ -13,8 +13,6 @@ from forcelab.demonstration import Demonstration
 from forcelab.gui.preferences import SNAPPING
 from forcelab.segment_edits import SLIVER
 
-__all__ = ["SHORTEST_SPAN", "Snap", "ViewState"]
-
 #: The closest look at the time axis, in seconds.
 SHORTEST_SPAN = 1e-4
 #: How many samples a span holds at least.
@@ -108,7 +106,6 @@ class ViewState(QObject):
         self.set_span(start, start + length)
 
     def pan(self, seconds: float) -> None:
-        """Move the span."""
         low, high = self.bounds
         seconds = min(max(seconds, low - self.start), high - self.end)
         self.set_span(self.start + seconds, self.end + seconds)
@@ -154,7 +151,6 @@ class ViewState(QObject):
         self.range_changed.emit()
 
     def clear_range(self) -> None:
-        """Mark nothing."""
         if self.range is not None or self.range_start is not None:
             self.range = self.range_start = None
             self.range_changed.emit()
@@ -198,7 +194,6 @@ class ViewState(QObject):
             self.playing_changed.emit()
 
     def set_speed(self, speed: float) -> None:
-        """Set the speed of playback."""
         if speed != self.speed:
             self.speed = speed
             self.playing_changed.emit()

@@ -1,51 +1,54 @@
-"""The page shown while no project is open, and the progress of the sample project."""
+"""The first start: the page while no project is open, the sample project, three hints.
+
+Each hint goes once it was followed or closed, for good.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 
-from PySide6.QtCore import Signal
 from PySide6.QtWidgets import (
     QCommandLinkButton,
+    QFrame,
     QGridLayout,
     QHBoxLayout,
     QLabel,
-    QPushButton,
+    QSizePolicy,
     QVBoxLayout,
     QWidget,
 )
 
 from forcelab.gui import settings
+from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
 from forcelab.gui.layout import (
     ProgressBar,
     copyable,
     emphasise,
+    fill_layout,
     muted_label,
+    push_button,
     set_enabled_with_reason,
+    tool_button,
 )
+from forcelab.gui.preferences import SAMPLE_FOLDER
+from forcelab.gui.project_actions import ProjectActions, sample_place
+from forcelab.gui.shortcuts import keys
+from forcelab.gui.theme import colours, themes
 from forcelab.jobs import Progress
 
 
 class SampleProgress(QWidget):
     """A progress bar and Cancel; hidden while no sample project is being made."""
 
-    cancelled = Signal()
-
-    def __init__(self) -> None:
+    def __init__(self, opening: ProjectActions) -> None:
         super().__init__()
         self.bar = ProgressBar("Progress of the sample project")
         self.bar.setMinimumWidth(280)
-        self.cancel = QPushButton("Cancel")
-        self.cancel.setAccessibleName("Cancel the sample project")
-        self.cancel.clicked.connect(self.cancelled)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.addWidget(self.bar, 1)
-        row.addWidget(self.cancel)
+        self.cancel = push_button("Cancel", opening.cancel_sample, "Cancel the sample project")
+        fill_layout(QHBoxLayout(self), (self.bar, 1), self.cancel, margins=0)
         self.bar.show()  # together with Cancel: only now it is no window of its own
         self.setVisible(False)
 
@@ -64,21 +67,11 @@ NARROWEST, WIDEST = 400, 480
 
 
 class Welcome(QWidget):
-    """Ways to begin, and the progress of making the sample project; recent projects beside them.
+    """Ways to begin, and the progress of making the sample project; recent projects beside them."""
 
-    The sample project lies at `sample`.
-    """
-
-    importing = Signal()
-    opening = Signal()
-    creating = Signal()
-    reading = Signal()
-    sampling = Signal()
-    cancelled = Signal()
-    chosen = Signal(object)
-
-    def __init__(self, sample: Path) -> None:
+    def __init__(self, opening: ProjectActions, read_guide: Callable[[], object]) -> None:
         super().__init__()
+        self._opening = opening
         title = QLabel("Label and recognise force actions")
         emphasise(title, 1.7)
         say = QLabel("A project is a folder of demonstrations with everybody's labels.")
@@ -86,51 +79,42 @@ class Welcome(QWidget):
         self._trouble = copyable()
         self._trouble.setProperty("tone", "trouble")
         self._trouble.setVisible(False)
-        self._place = sample
-        self._sample_button = self._button("Try the sample project", "", self.sampling.emit, "play")
-        self._sample = SampleProgress()
-        self._sample.cancelled.connect(self.cancelled)
-        ways = QVBoxLayout()
-        ways.addWidget(self._sample_button)
-        ways.addWidget(self._sample)
-        for button in (
-            self._button(
+        self._sample_button = self._button(
+            "Try the sample project", "", lambda: opening.make_sample(sample_place()), "play"
+        )
+        self._sample = SampleProgress(opening)
+        ways = (
+            (
                 "Label your own recordings…",
                 "They are imported into a new project beside them.",
-                self.importing.emit,
+                opening.ask_import,
                 "pencil",
             ),
-            self._button(
+            (
                 "Open a project…",
                 "A folder that forcelab made, such as study.forcelab.",
-                self.opening.emit,
+                opening.ask_open,
                 "folder",
             ),
-            self._button(
+            (
                 "New project…",
                 "An empty one, to record into or to import into later.",
-                self.creating.emit,
+                opening.ask_new,
                 "plus",
             ),
-            self._button(
+            (
                 "Read the guide",
                 "It begins with the first hour, step by step.",
-                self.reading.emit,
+                read_guide,
                 "book",
             ),
-        ):
-            ways.addWidget(button)
-        ways.addStretch(1)
+        )
+        ways_page, self._recent_page = QWidget(), QWidget()
+        below = fill_layout(QVBoxLayout(ways_page), self._sample_button, self._sample, margins=0)
+        fill_layout(below, *(self._button(*way) for way in ways), 1)
         self._recent = QVBoxLayout()
-        self._recent_page = QWidget()
-        recent = QVBoxLayout(self._recent_page)
-        recent.setContentsMargins(0, 0, 0, 0)
-        recent.addWidget(muted_label("Recent projects"))
-        recent.addLayout(self._recent)
-        recent.addStretch(1)
-        ways_page = QWidget()
-        ways.setContentsMargins(0, 0, 0, 0)
-        ways_page.setLayout(ways)
+        heading = muted_label("Recent projects")
+        fill_layout(QVBoxLayout(self._recent_page), heading, self._recent, 1, margins=0)
         page = QGridLayout()
         page.setHorizontalSpacing(32)
         page.addWidget(title, 1, 1, 1, 2)
@@ -146,30 +130,34 @@ class Welcome(QWidget):
         page.setRowStretch(5, 2)
         page.setRowMinimumHeight(3, 12)
         self.setLayout(page)
-        self.set_recent(())
+        opening.sampling.connect(self._show_progress)
+        opening.refused.connect(self.show_trouble)
+        opening.recent_changed.connect(self.refresh)
+        SAMPLE_FOLDER.changed.connect(self.refresh)
+        self.refresh()
 
-    def set_recent(self, projects: Sequence[Path]) -> None:
-        """Offer the projects opened last."""
+    def refresh(self) -> None:
+        """Offer the projects opened last, and say where the sample project lies."""
+        projects, place = settings.recent_projects(), sample_place()
         while (item := self._recent.takeAt(0)) is not None:
             if (old := item.widget()) is not None:
                 old.deleteLater()
         for path in projects[:RECENT_SHOWN]:
-            press, description = partial(self.chosen.emit, path), str(path.parent)
+            press, description = partial(self._opening.open_recent, path), str(path.parent)
             if not settings.is_folder(path):
                 description = f"Not found in {description}; click to locate it."
             self._recent.addWidget(self._button(path.name, description, press, "folder"))
         self._recent_page.setVisible(bool(projects))
-        what = "Thirty simulated demonstrations with video; made once, in a minute or two, in {}."
-        if settings.is_folder(self._place):
-            what = "Thirty simulated demonstrations with video, in {}."
-        self._sample_button.setDescription(what.format(self._place.parent))
+        made = "" if settings.is_folder(place) else "; made once, in a minute or two"
+        what = f"Thirty simulated demonstrations with video{made}, in {place.parent}."
+        self._sample_button.setDescription(what)
 
     def show_trouble(self, sentence: str) -> None:
         """Say why a project could not be opened; ``""`` clears it."""
         self._trouble.setText(sentence)
         self._trouble.setVisible(bool(sentence))
 
-    def show_progress(self, progress: Progress | None) -> None:
+    def _show_progress(self, progress: Progress | None) -> None:
         """Show the progress of the sample project, below its button; None when it is over."""
         self._sample.show_progress(progress)
         if progress is not None:
@@ -187,3 +175,89 @@ class Welcome(QWidget):
         button.setAccessibleName(f"{text}: {description}" if description else text)
         button.clicked.connect(lambda _checked: press())
         return button
+
+
+#: What is hinted at, one after the other.
+HINTS = ("play", "paint", "next")
+#: Where those are remembered that were neither followed nor closed yet.
+LEFT = "hints/left"
+
+
+class HintBar(QFrame):
+    """One hint at a time, above the timeline; none before :meth:`begin` was ever called."""
+
+    def __init__(self, document: Document) -> None:
+        super().__init__()
+        self._document = document
+        self._left = tuple(hint for hint in HINTS if hint in settings.strings(LEFT))
+        self._opened = ""  # the demonstration in which the hints are shown
+        self.setAccessibleName("Hint")
+        self._number, self._text = QLabel(), QLabel(wordWrap=True)
+        self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        tip = "Close this hint; it does not come back"
+        self.close_button = tool_button(
+            "cross", "Close the hint", lambda: self._finish(self._left[0]), tip
+        )
+        self.close_button.setAutoRaise(True)
+        parts = self._number, (self._text, 1), self.close_button
+        fill_layout(QHBoxLayout(self), *parts, margins=(10, 4, 4, 4), spacing=10)
+        document.view.playing_changed.connect(self._play_followed)
+        document.tracks_changed.connect(self._paint_followed)
+        document.demonstration_changed.connect(self._demonstration_changed)
+        keys().changed.connect(self._show)
+        themes().changed.connect(self._colour)
+        self._colour()
+        self._show()
+
+    def begin(self) -> None:
+        """Show the hints, unless they were shown before."""
+        if not settings.settings().contains(LEFT):
+            self._keep(HINTS)
+
+    def _finish(self, hint: str) -> None:
+        """Remember that a hint is not needed any more."""
+        if hint in self._left:
+            self._keep(tuple(other for other in self._left if other != hint))
+
+    def _colour(self) -> None:
+        c = colours()
+        self.setStyleSheet(
+            f"HintBar {{ background: {c.background}; border: 0; "
+            f"border-left: 4px solid {c.accent}; border-bottom: 1px solid {c.panel_edge}; }}"
+        )
+
+    def _keep(self, left: tuple[str, ...]) -> None:
+        self._left = left
+        settings.store(LEFT, left)
+        self._show()
+
+    def _play_followed(self) -> None:
+        if self._document.view.playing:
+            self._finish("play")
+
+    def _paint_followed(self) -> None:
+        if self._document.editor.segments:
+            self._finish("paint")
+
+    def _demonstration_changed(self) -> None:
+        """Another one that is opened is the next."""
+        before, self._opened = self._opened, self._document.id
+        if before and self._opened and before != self._opened:
+            self._finish("next")
+        self._show()
+
+    def _show(self) -> None:
+        self.setVisible(bool(self._left) and self._document.demonstration is not None)
+        if not self._left:
+            return
+        play, following = (keys().shown(command) for command in ("play", "done_and_next"))
+        text = {
+            "play": f"Play the demonstration: press {play or 'the button below'}, and once more to "
+            "stop.",
+            "paint": "Paint what happens: drag along your track, the top row, and choose an "
+            "action; or press its key at start and end.",
+            "next": f"All labelled? Press {following or 'Done and next'}: it is marked as done, "
+            "and the next demonstration to label opens.",
+        }
+        self._number.setText(f"<b>{HINTS.index(self._left[0]) + 1} of {len(HINTS)}</b>")
+        self._text.setText(text[self._left[0]])

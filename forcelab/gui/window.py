@@ -10,17 +10,11 @@ from pathlib import Path
 from threading import Thread
 
 from PySide6.QtCore import QByteArray, QEvent, Qt, QTimer
-from PySide6.QtGui import (
-    QCloseEvent,
-    QDragEnterEvent,
-    QDragMoveEvent,
-    QDropEvent,
-    QResizeEvent,
-    QShowEvent,
-)
+from PySide6.QtGui import QCloseEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QApplication,
+    QDialog,
     QMenu,
     QStackedWidget,
     QTabWidget,
@@ -29,41 +23,35 @@ from PySide6.QtWidgets import (
 
 from forcelab.errors import InputError
 from forcelab.formats.signatures import is_bag_folder
-from forcelab.gui import dialogs, settings, theme
+from forcelab.gui import settings, theme
 from forcelab.gui.author_choice import AuthorChoice
 from forcelab.gui.capture.tab import ENDLESS, CaptureTab
 from forcelab.gui.demonstration_list import DemonstrationList
 from forcelab.gui.document import Document
-from forcelab.gui.file_dialogs import accept_as_copy
+from forcelab.gui.file_dialogs import FileDrop
 from forcelab.gui.guide_pages import GuideKey, page_about
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.key_events import application
 from forcelab.gui.label import commands
-from forcelab.gui.label.hints import HintBar
 from forcelab.gui.label.workspace import LabelWorkspace
 from forcelab.gui.launch_options import DIALOGS, REVIEW_PAGES, LaunchOptions
-from forcelab.gui.layout import Dock, DockedWindow
-from forcelab.gui.menus import RecentProjects, ShownTracks, fill_menus, follow_tabs
+from forcelab.gui.layout import LAYOUT, Dock, DockedWindow, run_dialog
+from forcelab.gui.menus import RecentProjects, ShownTracks, ToolBar, fill_menus, follow_tabs
 from forcelab.gui.obstacles import Obstacles
 from forcelab.gui.preferences import TEXT_SIZE, THEME
-from forcelab.gui.project_actions import ProjectActions, sample_place
+from forcelab.gui.project_actions import ProjectActions
 from forcelab.gui.refusal_note import RefusalNote
 from forcelab.gui.review.tab import BACKGROUND_JOBS, ReviewTab
-from forcelab.gui.shortcuts import bind
+from forcelab.gui.shortcuts import bind, keys
 from forcelab.gui.status_bar import StatusLine
-from forcelab.gui.toolbar import ToolBar
-from forcelab.gui.welcome import SampleProgress, Welcome
+from forcelab.gui.welcome import HintBar, SampleProgress, Welcome
 from forcelab.jobs import Progress
 from forcelab.runtime import return_memory
-
-__all__ = ["Window"]
 
 #: The workspaces in the order of their tabs, as the command line names them.
 WORKSPACES = ("label", "review", "capture")
 #: Panels of Label that have a key: the command, and the panel.
 PANEL_KEYS = {"show_scalogram": "scalogram", "segments_behind": "segments_behind"}
-#: The layout's version: a layout of another one is not restored.
-LAYOUT = 1
 #: Milliseconds between two looks at what other windows and processes have changed, and from an
 #: edit to the new share in the list of demonstrations.
 LOOK_MS, LIST_MS = 1000, 600
@@ -77,7 +65,7 @@ LOWEST_WITH_TOOLBAR = 560
 VIEW_SHARE = 0.05
 
 
-class Window(DockedWindow):
+class Window(FileDrop, DockedWindow):
     """The program's one window.
 
     `author` is the coder in the project that is opened first; ``""`` for the last one. Unless
@@ -96,14 +84,13 @@ class Window(DockedWindow):
         self.review = ReviewTab(self.document, self.jobs, self.label)
         self.capture = CaptureTab(self.document, self.jobs)
         self.demonstrations = DemonstrationList(self.document)
-        self._welcome, self._coders = Welcome(sample_place()), AuthorChoice(self.document)
-        self._sample = SampleProgress()
+        self._welcome = Welcome(self.opening, self._show_guide)
+        self._coders, self._sample = AuthorChoice(self.document), SampleProgress(self.opening)
         self._line = StatusLine(self.document)
         self._dock = Dock("Demonstrations", self)
         self.obstacles = self._obstacles()
         self.commands = bind(self, self._handlers())
-        self._tabs = QTabWidget()
-        self._tabs.setDocumentMode(True)
+        self._tabs = QTabWidget(documentMode=True)
         self._tabs.tabBar().setDrawBase(False)
         self._tabs.setAccessibleName("Workspaces")
         self._tabs.tabBar().setAccessibleName("Workspaces")
@@ -181,12 +168,9 @@ class Window(DockedWindow):
             self.commands[command].trigger()
 
     def restore_layout(self) -> None:
-        """Restore the layout of the last time."""
         if geometry := settings.data("window/geometry"):
             self.restoreGeometry(QByteArray(geometry))
-        if state := settings.data("window/layout"):
-            self._shared_out = self.restoreState(QByteArray(state), LAYOUT)
-            self.recall_widths(settings.strings("window/widths"))
+        self._shared_out = self.restore_docks("window")
         self._dock.setVisible(self.document.project is not None)
         self._show_toolbar()
         self.label.restore_layout()
@@ -255,24 +239,74 @@ class Window(DockedWindow):
         if event.type() == QEvent.Type.WindowStateChange:
             self.commands["full_screen"].setChecked(self.isFullScreen())
 
-    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        accept_as_copy(event)
-
-    def dragMoveEvent(self, event: QDragMoveEvent) -> None:
-        accept_as_copy(event)
-
-    def dropEvent(self, event: QDropEvent) -> None:
+    def add_files(self, files: Sequence[Path]) -> None:
         """Open a project that was dropped, or import recordings."""
-        paths = accept_as_copy(event)
-        if not paths:
+        if not files:
             return
-        folders = [path for path in paths if path.is_dir() and not is_bag_folder(path)]
-        take: Callable[[], object] = partial(self.opening.ask_import, tuple(paths))
+        folders = [path for path in files if path.is_dir() and not is_bag_folder(path)]
+        take: Callable[[], object] = partial(self.opening.ask_import, tuple(files))
         if folders:
             take = partial(self.opening.open, folders[0])
         # Once the drop is over: on a dialog that is opened within it another drop crashes Qt under
         # X, and the file manager would wait for it.
         QTimer.singleShot(0, self, take)
+
+    # Dialogs, each loaded when it is first opened: the window is there sooner
+
+    def _export_labels(self) -> None:
+        from forcelab.gui.export_dialog import ExportDialog
+
+        run_dialog(ExportDialog(self.document, self.jobs, self.demonstrations.model.ids(), self))
+
+    def _synchronise(self) -> None:
+        """Synchronise video and forces, with the panels at hand."""
+        from forcelab.gui.label.video_sync import SynchroniseDialog
+
+        video, keep = self.label.videos.video, self._remembering
+        SynchroniseDialog(self.document, self.jobs, self, video, remembering=keep).show()
+
+    def _show_keys(self) -> None:
+        from forcelab.gui.help import HelpPage
+
+        run_dialog(HelpPage(self.document, keys(), self, self.commands))
+
+    def _show_about(self) -> None:
+        from forcelab.gui.help import AboutDialog
+
+        run_dialog(AboutDialog(self))
+
+    def _show_preferences(self, page: str) -> None:
+        """Show the preferences beside the window; with a page of them in front, if one is named."""
+        from forcelab.gui.preferences_dialog import PreferencesDialog
+
+        dialog = self.findChild(PreferencesDialog)
+        if dialog is None:
+            trainer = self.review.trainer
+            dialog = PreferencesDialog(
+                self.document, trainer, self.opening, keys(), self, self.commands
+            )
+            dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        if page:
+            dialog.show_page(page)
+        dialog.show()
+        dialog.activateWindow()
+
+    def _show_guide(self) -> None:
+        """Show what the guide says of what is in front, beside the window or the dialog open."""
+        from forcelab.gui.guide import GuideWindow
+
+        place = page_about(QApplication.focusWidget(), self._stack.currentWidget())
+        guide = self.findChild(GuideWindow)
+        if guide is None:
+            guide = GuideWindow(self, remembering=self._remembering)
+        guide.show()
+        guide.open(place)
+        dialog = QApplication.activeModalWidget()
+        guide.belong_to(dialog or self)  # or a modal dialog would keep mouse and keys from it
+        if isinstance(dialog, QDialog):
+            dialog.finished.connect(partial(guide.belong_to, self))
+        guide.raise_()
+        guide.activateWindow()
 
     # Inside
 
@@ -304,22 +338,12 @@ class Window(DockedWindow):
         theme.themes().changed.connect(self._dress)
         THEME.changed.connect(self._use_theme)
         TEXT_SIZE.changed.connect(self._use_text_size)
-        self._welcome.cancelled.connect(opening.cancel_sample)
-        self._sample.cancelled.connect(opening.cancel_sample)
         self.demonstrations.importing.connect(opening.ask_import)
-        self._welcome.opening.connect(opening.ask_open)
-        self._welcome.creating.connect(opening.ask_new)
-        self._welcome.importing.connect(opening.ask_import)
-        self._welcome.reading.connect(self._show_guide)
         if self._remembering:
             self._hints = HintBar(document)
             self.label.setMenuWidget(self._hints)
             opening.begun.connect(self._hints.begin)
         opening.sample_opened.connect(self._train_sample)
-        self._welcome.sampling.connect(lambda: opening.make_sample(sample_place()))
-        self._welcome.chosen.connect(opening.open_recent)
-        opening.recent_changed.connect(lambda: self._welcome.set_recent(settings.recent_projects()))
-        opening.refused.connect(self._welcome.show_trouble)
         self._listing.timeout.connect(document.refresh_info)
         self._look.timeout.connect(self._look_elsewhere)
         self._look.start(LOOK_MS)
@@ -328,22 +352,17 @@ class Window(DockedWindow):
         self._check_snapping()
 
     def _handlers(self) -> dict[str, Callable[[], object]]:
-        """The handler of each command."""
         document, opening = self.document, self.opening
         handlers: dict[str, Callable[[], object]] = {
             "new_project": opening.ask_new,
             "open_project": opening.ask_open,
             "import": opening.ask_import,
             "import_labels": opening.ask_labels,
-            "attach_video": self.demonstrations.ask_video,
-            "note": self.demonstrations.ask_note,
-            "rename": self.demonstrations.ask_name,
-            "assign": self.demonstrations.ask_assign,
-            "task": self.demonstrations.ask_task,
-            "next_demonstration": self.demonstrations.open_next,
-            "previous_demonstration": self.demonstrations.open_previous,
-            "done_and_next": self.demonstrations.done_and_next,
-            "next_to_label": self.demonstrations.open_to_label,
+            "export_labels": self._export_labels,
+            "save": lambda: document.show_message(
+                "Everything is saved already: each change is, as it is made."
+            ),
+            "synchronise": self._synchronise,
             "search": partial(self._in_list, self.demonstrations.focus_search),
             "choose_all": partial(self._in_list, self.demonstrations.choose_all),
             "coder": self._coders.choose,
@@ -354,6 +373,8 @@ class Window(DockedWindow):
             "toolbar": self._switch_toolbar,
             "reset_layout": self._reset_layout,
             "manual": self._show_guide,
+            "help": self._show_keys,
+            "about": self._show_about,
             "next_camera": self.label.videos.show_next,
             "side_by_side": self.label.videos.switch_side_by_side,
         }
@@ -366,20 +387,11 @@ class Window(DockedWindow):
         for choice, _ in THEME.field.options:
             handlers[f"theme_{choice}"] = partial(THEME.set_value, choice)
         label = commands.handlers(document, self.label.tracks, self.label.player, self)
-        shown = self.demonstrations.model.ids
-        dialog_handlers = dialogs.handlers(
-            document,
-            self.jobs,
-            self,
-            lambda: self.commands,
-            shown,
-            lambda: self.label.videos.video,
-            remembering=self._remembering,
-        )
         # What was begun last is taken back where it can be seen.
         cancel = {"cancel": lambda: self.capture.cancel() or label["cancel"]()}
-        handlers |= label | cancel | dialog_handlers
-        handlers |= self.review.handlers() | self.capture.handlers()
+        handlers |= label | cancel
+        handlers |= self.demonstrations.handlers() | self.review.handlers()
+        handlers |= self.capture.handlers()
         return {id_: partial(self._carry_out, id_, verb) for id_, verb in handlers.items()}
 
     def _obstacles(self) -> Obstacles:
@@ -431,7 +443,7 @@ class Window(DockedWindow):
         self._stack.setCurrentIndex(1 if is_open else 0)
         self._dock.setVisible(is_open)
         self._show_toolbar()
-        self._welcome.set_recent(settings.recent_projects())
+        self._welcome.refresh()
         self._welcome.show_trouble("")
         self._title()
 
@@ -447,8 +459,7 @@ class Window(DockedWindow):
         self._show_toolbar()
 
     def _show_sample(self, progress: Progress | None) -> None:
-        """Show the progress of the sample project."""
-        self._welcome.show_progress(progress)
+        """Show the progress in the status bar, too, while the start page is not in front."""
         self._sample.show_progress(progress if self.document.project is not None else None)
 
     def _train_sample(self) -> None:
@@ -484,14 +495,6 @@ class Window(DockedWindow):
     def _check_snapping(self) -> None:
         self.commands["snapping"].setChecked(self.document.view.snapping)
 
-    def _show_preferences(self, page: str) -> None:
-        trainer = self.review.trainer
-        dialogs.show_preferences(self.document, trainer, self.opening, self, self.commands, page)
-
-    def _show_guide(self) -> None:
-        place = page_about(QApplication.focusWidget(), self._stack.currentWidget())
-        dialogs.show_guide(self, place, remembering=self._remembering)
-
     def _use_theme(self) -> None:
         theme.use_theme(application(), THEME.value)
         self.commands[f"theme_{THEME.value}"].setChecked(True)
@@ -504,8 +507,7 @@ class Window(DockedWindow):
 
     def _remember_layout(self) -> None:
         settings.store("window/geometry", bytes(self.saveGeometry().data()))
-        settings.store("window/layout", bytes(self.saveState(LAYOUT).data()))
-        settings.store("window/widths", self.widths)
+        self.store_docks("window")
         self.label.take_back()  # its layout is the one in which nothing is lent
         self.label.remember_layout()
         self.review.remember_layout()

@@ -393,7 +393,6 @@ def follow_edit(database: Database, edit: Edit, original: Edit) -> None:
 
 
 def _insert_verdict(database: Database, verdict: Verdict) -> StoredVerdict:
-    """Store a verdict."""
     _check_verdict(database, verdict)
     number = database.insert(
         "verdict",

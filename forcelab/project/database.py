@@ -481,7 +481,6 @@ class Database:
         return row
 
     def demonstration_ids(self) -> set[str]:
-        """The ids of all demonstrations."""
         return {row["id"] for row in self.all("SELECT id FROM demonstration")}
 
     def demonstration_folder(self, id_: str) -> Path:

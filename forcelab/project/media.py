@@ -155,10 +155,6 @@ class MediaStore:
         """Store a recording's raw stamps beside it, in place of those there: numbers and names."""
         path = self._folder(demonstration) / STAMPS
         self._db.refuse_read_only()
-        if any(array.dtype.hasobject for array in arrays.values()):
-            raise InputError(
-                f"Stamps of '{demonstration}' are no plain numbers and names; convert them first."
-            )
         # As numpy.savez_compressed writes it, at the level that costs a third of the time and
         # almost no room: what arrives together has one stamp, and the low digits of the others do
         # not compress.

@@ -25,25 +25,13 @@ VERDICT_KINDS: Final[tuple[VerdictKind, ...]] = get_args(VerdictKind)
 
 @dataclass(frozen=True, slots=True)
 class Assignment:
-    """A demonstration that a coder is to label.
+    """A demonstration that a coder is to label."""
 
-    Parameters
-    ----------
-    demonstration, author : str
-        Its id, and the coder.
-    blind : bool
-        Whether the other tracks and all predictions are hidden from the coder until it is done.
-    assigned : datetime
-        Since when, in UTC.
-    done : datetime, optional
-        When it was marked as done, in UTC; None while it is not.
-    """
-
-    demonstration: str
-    author: str
-    blind: bool
-    assigned: datetime
-    done: datetime | None = None
+    demonstration: str  # its id
+    author: str  # the coder
+    blind: bool  # whether the other tracks and all predictions are hidden until it is done
+    assigned: datetime  # since when, in UTC
+    done: datetime | None = None  # when it was marked as done, in UTC
 
     @property
     def hides(self) -> bool:
@@ -61,43 +49,25 @@ def left_to_label(labelled: float, assignment: Assignment | None) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class AssignmentEvent:
-    """Something that happened to an assignment, kept for ever.
+    """Something that happened to an assignment, kept for ever."""
 
-    Parameters
-    ----------
-    demonstration, author : str
-        As of :class:`Assignment`.
-    kind : "blind", "open", "done", "reopened" or "removed"
-        Assigned blind or openly, or made so; done, or not done after all; taken back.
-    time : datetime
-        When, in UTC.
-    """
-
-    demonstration: str
+    demonstration: str  # its id
     author: str
+    #: Assigned blind or openly, or made so; done, or not done after all; taken back.
     kind: AssignmentKind
-    time: datetime
+    time: datetime  # when, in UTC
 
 
 @dataclass(frozen=True, slots=True)
 class Note:
-    """What a coder hands on about a demonstration, kept for ever.
+    """What a coder hands on about a demonstration, kept for ever."""
 
-    Parameters
-    ----------
-    demonstration, author : str
-        Its id, and the coder.
-    text : str
-        One line or several: blanks at their ends go. ``""`` says that what the coder wrote before
-        counts no more.
-    time : datetime
-        When, with its zone.
-    """
-
-    demonstration: str
-    author: str
+    demonstration: str  # its id
+    author: str  # the coder
+    #: One line or several: blanks at their ends go. "" says that what the coder wrote before counts
+    #: no more.
     text: str
-    time: datetime
+    time: datetime  # when, with its zone
 
     def __post_init__(self) -> None:
         lines = (" ".join(line.split()) for line in self.text.splitlines())
@@ -136,15 +106,9 @@ class Verdict(Interval):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredVerdict(Verdict):
-    """A verdict as it is kept for ever.
+    """A verdict as it is kept for ever."""
 
-    Parameters
-    ----------
-    id : int
-        Grows with every verdict of the project.
-    """
-
-    id: int = 0
+    id: int = 0  # grows with every verdict of the project
 
 
 def changed_labels(verdict: Verdict) -> bool:
@@ -167,18 +131,10 @@ EDIT_KINDS: Final[tuple[EditKind, ...]] = get_args(EditKind)
 
 @dataclass(frozen=True, slots=True)
 class Author:
-    """Who made a track.
+    """Who made a track."""
 
-    Parameters
-    ----------
-    name : str
-        Unique in the project.
-    kind : "coder" or "model"
-        A person, or a recogniser's predictions; fixed for ever by the author's first edit.
-    """
-
-    name: str
-    kind: AuthorKind
+    name: str  # unique in the project
+    kind: AuthorKind  # fixed for ever by the author's first edit
 
 
 @dataclass(frozen=True, slots=True)
@@ -221,85 +177,41 @@ class NewDemonstration:
 
 @dataclass(frozen=True, slots=True)
 class LabelImport:
-    """An author's labels from a file, for a demonstration that is in the project.
+    """An author's labels from a file, for a demonstration that is in the project."""
 
-    Parameters
-    ----------
-    demonstration : str
-        Its id.
-    track : Track
-        What is stored.
-    before : tuple of Segment
-        What the author's track holds until then.
-    what : str
-        The line of history.
-    """
-
-    demonstration: str
-    track: Track
-    before: Segments
-    what: str
+    demonstration: str  # its id
+    track: Track  # what is stored
+    before: Segments  # what the author's track holds until then
+    what: str  # the line of history
 
 
 @dataclass(frozen=True, slots=True)
 class AddResult:
-    """What became of a demonstration that was added.
-
-    Parameters
-    ----------
-    id : str
-        The demonstration's id.
-    name : str
-        The name it has in the project.
-    status : "new", "updated" or "unchanged"
-        Whether the project has more than before.
-    remarks : tuple of str
-        One sentence for each thing that is not as the file says.
-    """
+    """What became of a demonstration that was added."""
 
     id: str
-    name: str
-    status: Literal["new", "updated", "unchanged"]
-    remarks: tuple[str, ...] = ()
+    name: str  # the one it has in the project
+    status: Literal["new", "updated", "unchanged"]  # whether the project has more than before
+    remarks: tuple[str, ...] = ()  # a sentence on each thing that is not as the file says
 
 
 @dataclass(frozen=True, slots=True)
 class DemonstrationInfo:
-    """A demonstration's row in a list; telling it opens no array.
-
-    Parameters
-    ----------
-    id, name, task : str
-        As of :class:`~forcelab.demonstration.Demonstration`.
-    samples : int
-        Number of samples n.
-    channels : tuple of Channel
-        Names and units of the columns of signals.
-    rate : float
-        Rate of the uniform grid in Hz.
-    duration : float
-        Length in seconds.
-    labelled : mapping of str to float
-        For every author with a track, in order of first appearance: seconds covered by a segment.
-    videos : tuple of str
-        The names of its videos, the main one first.
-    source : str
-        Where it was read from, as told when it was added.
-    edited : mapping of str to int
-        For every author with a track the id of its last edit, which grows with each edit of the
-        project; 0 where there was none.
-    """
+    """A demonstration's row in a list; telling it opens no array."""
 
     id: str
     name: str
     task: str
     samples: int
     channels: tuple[Channel, ...]
-    rate: float
-    duration: float
+    rate: float  # of the uniform grid, Hz
+    duration: float  # s
+    #: For every author with a track, in order of first appearance: seconds covered by a segment.
     labelled: Mapping[str, float]
-    videos: tuple[str, ...]
-    source: str
+    videos: tuple[str, ...]  # their names, the main one first
+    source: str  # where it was read from, as told when it was added
+    #: For every author with a track the id of its last edit, which grows with each edit of the
+    #: project; 0 where there was none.
     edited: Mapping[str, int] = field(default_factory=dict)
 
     @property
@@ -315,58 +227,29 @@ class DemonstrationInfo:
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """One change of one track, kept for ever.
+    """One change of one track, kept for ever."""
 
-    Parameters
-    ----------
-    id : int
-        Grows with every edit of the project.
-    demonstration, author : str
-        Whose track over what; the author is who made the edit.
-    kind : "paint", "import", "predict", "undo" or "redo"
-        How it came about.
-    time : datetime
-        When, in UTC.
-    what : str
-        A line of history for people, such as ``"grab 1.25-1.73 s moved to 1.244"``.
-    position : int
-        Where in the track the segments were replaced.
-    removed, inserted : tuple of Segment
-        What was there before, and what came in its place.
-    reverts : int, optional
-        For undo and redo: the edit that was taken back.
-    proposed_by : str, optional
-        The model whose prediction the author accepted with this edit; None for what was painted by
-        hand, and for undo and redo.
-    """
-
-    id: int
-    demonstration: str
-    author: str
+    id: int  # grows with every edit of the project
+    demonstration: str  # its id
+    author: str  # whose track it is, who made the edit
     kind: EditKind
-    time: datetime
-    what: str
-    position: int
-    removed: Segments
-    inserted: Segments
-    reverts: int | None = None
+    time: datetime  # when, in UTC
+    what: str  # a line of history for people, such as "grab 1.25-1.73 s moved to 1.244"
+    position: int  # where in the track the segments were replaced
+    removed: Segments  # what was there before
+    inserted: Segments  # what came in its place
+    reverts: int | None = None  # of undo and redo: the edit that was taken back
+    #: The model whose prediction the author accepted with this edit; None for what was painted by
+    #: hand, and for undo and redo.
     proposed_by: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where a coder's segment comes from that a model proposed.
+    """Where a coder's segment comes from that a model proposed."""
 
-    Parameters
-    ----------
-    proposer : str
-        The model whose prediction was accepted.
-    changed : bool
-        Whether the segment was moved, split or merged by hand since.
-    """
-
-    proposer: str
-    changed: bool = False
+    proposer: str  # the model whose prediction was accepted
+    changed: bool = False  # whether the segment was moved, split or merged by hand since
 
 
 def check_length(text: str, noun: str) -> None:

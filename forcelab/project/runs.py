@@ -54,21 +54,11 @@ _PROPOSER = """(
 
 @dataclass(frozen=True, slots=True)
 class LabelsUsed:
-    """Which labels of a demonstration something was computed from.
+    """Which labels of a demonstration something was computed from."""
 
-    Parameters
-    ----------
-    demonstration : str
-        Its id.
-    author : str
-        Whose labels were used.
-    edit : int
-        The latest edit of that track at the time; 0 where there was none.
-    """
-
-    demonstration: str
-    author: str
-    edit: int
+    demonstration: str  # its id
+    author: str  # whose labels were used
+    edit: int  # the latest edit of that track at the time; 0 where there was none
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,40 +108,19 @@ class Provenance:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredRecogniser(Provenance):
-    """A trained recogniser's record; its file is opaque to the store.
+    """A trained recogniser's record; its file is opaque to the store."""
 
-    Parameters
-    ----------
-    settings, seed, labels, versions, time
-        As of :class:`Provenance`.
-    id : str
-        32 hex digits of the SHA-256 of its file.
-    name : str
-        For people; need not be unique.
-    """
-
-    id: str
-    name: str
+    id: str  # 32 hex digits of the SHA-256 of its file
+    name: str  # for people; need not be unique
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunSummary(Provenance):
-    """A run without its result, which may be long.
+    """A run without its result, which may be long."""
 
-    Parameters
-    ----------
-    settings, seed, labels, versions, time
-        As of :class:`Provenance`.
-    id : int
-        Number in the project.
-    kind : str
-        Such as ``"evaluate"``.
-    digest : dict
-        What stands under ``"digest"`` in its result, if that comes first there; otherwise empty.
-    """
-
-    id: int
-    kind: str
+    id: int  # its number in the project
+    kind: str  # such as "evaluate"
+    #: What stands under "digest" in its result, if that comes first there; otherwise empty.
     digest: dict[str, Any]
 
     @property
@@ -167,48 +136,22 @@ class RunSummary(Provenance):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredRun(Provenance):
-    """An evaluation or another computation, with everything needed to repeat it.
+    """An evaluation or another computation, with everything needed to repeat it."""
 
-    Parameters
-    ----------
-    settings, seed, labels, versions, time
-        As of :class:`Provenance`.
-    id : int
-        Number in the project.
-    kind : str
-        Such as ``"evaluate"``.
-    result : dict
-        What came out, as JSON has it.
-    """
-
-    id: int
-    kind: str
-    result: dict[str, Any]
+    id: int  # its number in the project
+    kind: str  # such as "evaluate"
+    result: dict[str, Any]  # what came out, as JSON has it
 
 
 @dataclass(frozen=True, slots=True)
 class RunUse:
-    """What a run takes up, and what hangs on it.
+    """What a run takes up, and what hangs on it."""
 
-    Parameters
-    ----------
-    run : int
-        Its number.
-    bytes : int
-        Of what it found, and of its recogniser's file.
-    recogniser : str
-        Id of the recogniser that belongs to it; ``""`` where there is none, or none any more.
-    verdicts : int
-        How many were given on what it predicted.
-    accepted : int
-        How many edits took over what it predicted.
-    """
-
-    run: int
-    bytes: int
-    recogniser: str
-    verdicts: int
-    accepted: int
+    run: int  # its number
+    bytes: int  # of what it found, and of its recogniser's file
+    recogniser: str  # id of the one that belongs to it; "" where there is none, or none any more
+    verdicts: int  # how many were given on what it predicted
+    accepted: int  # how many edits took over what it predicted
 
 
 class RunStore:

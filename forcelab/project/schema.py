@@ -15,8 +15,6 @@ from forcelab.errors import InputError
 from forcelab.project import files
 from forcelab.project.records import LONGEST_NAME
 
-__all__ = ["APPLICATION_ID", "MIGRATIONS", "check_version", "migrate", "pragma"]
-
 #: "FLab" in ASCII, in the file's header: tells a project from every other SQLite file.
 APPLICATION_ID = 0x464C6162
 

@@ -10,7 +10,7 @@ from bisect import bisect_left
 from collections.abc import Callable
 from functools import wraps
 from operator import attrgetter
-from typing import Concatenate, Literal, ParamSpec, Protocol, TypeVar
+from typing import Any, Concatenate, Literal, ParamSpec, TypeVar
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Segments
@@ -50,12 +50,6 @@ def _segment_text(segment: Segment) -> str:
     return f"{segment.action} {_interval_text(segment.start, segment.end)}"
 
 
-class _Perform(Protocol):
-    """Carries out a verb that is called without arguments; returns its result."""
-
-    def __call__(self, verb: Callable[[], Result], /) -> Result: ...
-
-
 def _verb(
     method: Callable[Concatenate[TrackEditor, Params], Result],
 ) -> Callable[Concatenate[TrackEditor, Params], Result]:
@@ -66,7 +60,8 @@ def _verb(
         self.unchanged = ""
         if self._perform is None:
             return method(self, *args, **kwargs)
-        return self._perform(lambda: method(self, *args, **kwargs))
+        result: Result = self._perform(lambda: method(self, *args, **kwargs))
+        return result
 
     return perform
 
@@ -122,7 +117,7 @@ class TrackEditor:
         project: Project,
         demonstration: str,
         author: str,
-        perform: _Perform | None = None,
+        perform: Callable[[Callable[[], Any]], Any] | None = None,
     ) -> None:
         self.project = project
         self.demonstration = demonstration

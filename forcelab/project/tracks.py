@@ -152,21 +152,13 @@ def _edit_from(row: sqlite3.Row) -> Edit:
 
 @dataclass(frozen=True, slots=True)
 class UndoResult:
-    """What an undo or a redo has changed.
+    """What an undo or a redo has changed."""
 
-    Parameters
-    ----------
-    edits : tuple of Edit
-        The undo, or redo, of each track; that of the demonstration that was asked for comes first.
-    tasks : mapping of str to str
-        By the id of each demonstration among them, its task.
-    left : tuple of str
-        Names of further demonstrations where the same was done and stays as it is, as something
-        else was edited there since.
-    """
-
+    #: The undo, or redo, of each track; that of the demonstration that was asked for comes first.
     edits: tuple[Edit, ...]
-    tasks: Mapping[str, str]
+    tasks: Mapping[str, str]  # by the id of each demonstration among them, its task
+    #: Names of further demonstrations where the same was done and stays as it is, as something else
+    #: was edited there since.
     left: tuple[str, ...] = ()
 
     @property
@@ -499,15 +491,14 @@ class TrackStore:
 
     def as_imported(self, demonstration: str, author: str) -> bool:
         """Whether the track is what the latest import made it."""
+        track = self._track_id(demonstration, author)
+        if track is None:
+            return False
         row = self._db.one(
-            "SELECT edit.id, track FROM edit JOIN track ON track.id = edit.track "
-            "JOIN author ON author.id = track.author "
-            "WHERE demonstration = ? AND name = ? AND edit.kind = 'import' "
-            "ORDER BY edit.id DESC LIMIT 1",
-            demonstration,
-            author,
+            "SELECT id FROM edit WHERE track = ? AND kind = 'import' ORDER BY id DESC LIMIT 1",
+            track,
         )
-        return row is not None and undo_state(self._db, row["track"]).undo == row["id"]
+        return row is not None and undo_state(self._db, track).undo == row["id"]
 
     def _track_id(self, demonstration: str, author: str) -> int | None:
         row = self._db.one(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import copy
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import partial
@@ -447,15 +447,20 @@ def _fit_own(
 
 
 def _check_own(classifier: Any, width: int) -> None:
-    """Trees within it point at their own nodes; its numbers are else its own affair."""
+    """Trees within it point at their own nodes; its numbers are else its own affair.
+
+    Of a pipeline each step looks at as many features as it says itself, which scikit-learn checks
+    before it predicts.
+    """
     from sklearn.tree._tree import Tree
 
-    waiting, visited = [classifier], set[int]()
+    waiting, visited = [(classifier, width)], set[tuple[int, int]]()
     while waiting:
-        value = waiting.pop()
-        if id(value) in visited:
+        value, width = waiting.pop()
+        if (id(value), width) in visited:
             continue
-        visited.add(id(value))
+        visited.add((id(value), width))
+        inner: Iterable[Any] = ()
         if isinstance(value, Tree):
             _check_tree_state(value.__getstate__(), width)
         elif type(value).__name__ == "TreePredictor":  # of histogram gradient boosting
@@ -463,9 +468,14 @@ def _check_own(classifier: Any, width: int) -> None:
             require(not nodes["is_categorical"].any(), "features that are numbers")
             _check_nodes(nodes, nodes["is_leaf"] == 0, "left right feature_idx", width)
         elif isinstance(value, np.ndarray):
-            waiting += value.ravel().tolist() if value.dtype == object else []
+            inner = value.ravel().tolist() if value.dtype == object else ()
         elif isinstance(value, list | tuple):
-            waiting += value
+            inner = value
         else:
-            inner = value if isinstance(value, Mapping) else getattr(value, "__dict__", {})
-            waiting += inner.values()
+            parts = value if isinstance(value, Mapping) else getattr(value, "__dict__", {})
+            width, inner = parts.get("n_features_in_", width), parts.values()
+            if isinstance(members := parts.get("estimators_"), np.ndarray):
+                # Gradient boosting gives its samples to its trees without asking them.
+                same = all(tree.n_features_in_ == width for tree in members.ravel())
+                require(same, "trees of its own features")
+        waiting += [(part, width) for part in inner]

@@ -163,6 +163,8 @@ class FitOptions:
     trees: int | None = None  # how many there are in a forest; :data:`TREES` by default
     #: Whether those that are kept as scikit-learn's own get standardised features, too
     standardised: bool = False
+    #: Raises an InputError where a fitted classifier cannot be kept; asked after the first fit
+    check: Callable[[Any], object] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,6 +197,8 @@ def fit_ensemble(
         networks = ((yield from _fit_network(X, y, parts, shares, seed, options, total)),)
     for i, (rows, left_out) in enumerate(parts if others else ()):
         ensemble = _fit_members(others, X, y, rows, seed, options)
+        if i == 0 and options.check is not None:
+            options.check(ensemble)
         P = len(others) * ensemble.predict_proba(X[left_out])
         shares[i][:, np.searchsorted(classes, ensemble.classes_)] += P
         yield FitProgress(total - len(parts) + i, total, "fit")

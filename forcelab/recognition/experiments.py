@@ -343,9 +343,11 @@ def train_tasks_job(
     """
     tasks = selection.joined_tasks(project)
     dataset = selection.load(project, tasks, settings)
+    check = None
     if is_import_path(settings.classifier):
         _refuse_unstorable(dataset.labelled, settings)
-    recogniser = yield from run_job(training_job, dataset.labelled, settings)
+        check = dump  # of as many samples it may consist of something else
+    recogniser = yield from run_job(training_job, dataset.labelled, settings, None, check)
     content = dump(recogniser)
     if not project.read_only:
         labels = project.runs.existing_labels(

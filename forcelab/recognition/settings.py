@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -165,11 +165,9 @@ class Settings:
             if getattr(self, name) not in choices and not own.get(name):
                 noun = "kind of features" if name == "features" else name
                 raise InputError(unknown_word(noun, getattr(self, name), choices))
-        for name, (in_range, need) in self._ranges().items():
-            if not in_range:
-                raise InputError(
-                    f"The setting {name} must {need}, not {_value_text(getattr(self, name))}."
-                )
+        for name, (in_range, need) in _RANGES.items():
+            if not in_range(value := getattr(self, name)):
+                raise InputError(f"The setting {name} must {need}, not {_value_text(value)}.")
         if self.max_scale < self.min_scale:
             raise InputError(
                 f"The setting max_scale must be at least min_scale, which is {self.min_scale:g} "
@@ -177,67 +175,6 @@ class Settings:
             )
         self.mother  # noqa: B018 - a wrong wavelet or scale is refused here, not mid-training
         self.scales  # noqa: B018
-
-    def _ranges(self) -> dict[str, tuple[bool, str]]:
-        """Whether each value is in its range, and what the range is."""
-        names = self.channels
-        distinct = names is None or len(set(names)) == len(names)
-        return {
-            "preset": (isinstance(self.preset, str), "be a name"),
-            "channels": (
-                distinct and all(isinstance(n, str) for n in names or ()),
-                "name each channel once",
-            ),
-            "rate": (
-                self.rate is None or _number(self.rate, *RATES),
-                f"be from {RATES[0]:g} to {RATES[1]:,.0f} Hz",
-            ),
-            "parameter": (
-                self.parameter is None or _number(self.parameter, 0, 1e6),
-                "be from 0 to 1,000,000",
-            ),
-            "min_scale": (
-                _number(self.min_scale, 1e-3, LARGEST_SCALE),
-                f"be from 0.001 to {LARGEST_SCALE:.0f} samples",
-            ),
-            "max_scale": (
-                _number(self.max_scale, 1e-3, LARGEST_SCALE),
-                f"be from 0.001 to {LARGEST_SCALE:.0f} samples",
-            ),
-            "spacing": (_number(self.spacing, 1e-3, 100), "be from 0.001 to 100 octaves"),
-            **{
-                name: (isinstance(getattr(self, name), bool), "be true or false")
-                for name in _SWITCHES
-            },
-            "windows": (
-                isinstance(self.windows, tuple)
-                and 1 <= len(self.windows) <= 32
-                and all(_number(window, 1e-4, 1e3) for window in self.windows)
-                and all(a < b for a, b in itertools.pairwise(self.windows)),
-                "be 1 to 32 numbers of seconds from 0.0001 to 1000, the smallest first",
-            ),
-            "step": (
-                self.step is None or _number(self.step, 1e-6, 1e3),
-                "be from 0.000001 to 1000 seconds",
-            ),
-            "stride": (
-                _whole(self.stride, 1) and self.stride < 1 << 31,
-                "be a whole number from 1 to 2^31 - 1",
-            ),
-            "threshold": (
-                self.threshold is None or _number(self.threshold, 0, 1),
-                "be from 0 to 1",
-            ),
-            "median": (
-                self.median is None or (_whole(self.median, 1) and self.median <= WIDEST),
-                f"be a whole number from 1 to {WIDEST:,}",
-            ),
-            "drop": (self.drop is None or _number(self.drop, 0, 1e6), "be from 0 to 1,000,000"),
-            "seed": (
-                _whole(self.seed, 0) and self.seed < 2**32,
-                "be a whole number from 0 to 2^32 - 1",
-            ),
-        }
 
     @property
     def mother(self) -> Wavelet:
@@ -458,14 +395,58 @@ def _value_text(value: object) -> str:
     return str(value)
 
 
-def _number(value: object, least: float, most: float) -> bool:
-    """Whether a value is a number (True and False are not) in a range; NaN is in none."""
-    return type(value) in (int, float) and least <= value <= most  # type: ignore[operator]
+Check = Callable[[Any], bool]
 
 
-def _whole(value: object, least: int) -> bool:
-    """Whether a value is an int (True and False are not) of at least `least`."""
-    return type(value) is int and value >= least
+def _number(least: float, most: float) -> Check:
+    """A number (True and False are none) in a range; NaN is in none."""
+    return lambda value: type(value) in (int, float) and least <= value <= most
+
+
+def _whole(least: int, most: int) -> Check:
+    """An int (True and False are none) in a range."""
+    return lambda value: type(value) is int and least <= value <= most
+
+
+def _optional(check: Check) -> Check:
+    return lambda value: value is None or check(value)
+
+
+def _are_names(values: Sequence[object]) -> bool:
+    return all(isinstance(name, str) for name in values) and len(set(values)) == len(values)
+
+
+def _are_windows(values: object) -> bool:
+    return (
+        isinstance(values, tuple)
+        and 1 <= len(values) <= 32
+        and all(map(_number(1e-4, 1e3), values))
+        and all(a < b for a, b in itertools.pairwise(values))
+    )
+
+
+_SCALE = (_number(1e-3, LARGEST_SCALE), f"be from 0.001 to {LARGEST_SCALE:.0f} samples")
+#: Whether a setting's value is in its range, and what the range is.
+_RANGES: Mapping[str, tuple[Check, str]] = {
+    "preset": (lambda value: isinstance(value, str), "be a name"),
+    "channels": (_optional(_are_names), "name each channel once"),
+    "rate": (_optional(_number(*RATES)), f"be from {RATES[0]:g} to {RATES[1]:,.0f} Hz"),
+    "parameter": (_optional(_number(0, 1e6)), "be from 0 to 1,000,000"),
+    "min_scale": _SCALE,
+    "max_scale": _SCALE,
+    "spacing": (_number(1e-3, 100), "be from 0.001 to 100 octaves"),
+    **dict.fromkeys(_SWITCHES, (lambda value: isinstance(value, bool), "be true or false")),
+    "windows": (
+        _are_windows,
+        "be 1 to 32 numbers of seconds from 0.0001 to 1000, the smallest first",
+    ),
+    "step": (_optional(_number(1e-6, 1e3)), "be from 0.000001 to 1000 seconds"),
+    "stride": (_whole(1, 2**31 - 1), "be a whole number from 1 to 2^31 - 1"),
+    "threshold": (_optional(_number(0, 1)), "be from 0 to 1"),
+    "median": (_optional(_whole(1, WIDEST)), f"be a whole number from 1 to {WIDEST:,}"),
+    "drop": (_optional(_number(0, 1e6)), "be from 0 to 1,000,000"),
+    "seed": (_whole(0, 2**32 - 1), "be a whole number from 0 to 2^32 - 1"),
+}
 
 
 #: A setting, and what it has to be.

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import replace
 from statistics import median_low
+from typing import Any
 
 import numpy as np
 
@@ -37,6 +38,8 @@ ROOM = 64e6
 #: Examples of demonstrations of one project with the same settings, by what they are made of and
 #: the rate in Hz.
 Known = dict[tuple[LabelledDemonstration, float], Examples]
+#: Raises an InputError where a recogniser cannot be kept.
+Check = Callable[[Recogniser], object]
 
 
 def prepare_all(
@@ -118,12 +121,14 @@ def fit_cleaned(
     settings: Settings,
     trained_on: Sequence[str] = (),
     text: str = "fit",
+    check: Check | None = None,
 ) -> Generator[Progress, None, Recogniser]:
     """Fit a recogniser to examples without their dropped segments.
 
     Unlabelled time steps teach no action, though those between two actions may teach where they
     change (:mod:`forcelab.recognition.task_grammar`). The recogniser knows the actions that have at
-    least one training sample; an InputError where these are fewer than two.
+    least one training sample; an InputError where these are fewer than two. `check` raises one
+    where the recogniser cannot be kept, once there is a first one.
     """
     all_actions = actions_of(examples)
     stride = settings.training_stride(examples[0].rate)
@@ -147,16 +152,7 @@ def fit_cleaned(
     spacing = stride * settings.hop(examples[0].rate) / examples[0].rate
     boundary_model = yield from fit_boundary_model(of_changes, near, spacing, settings.seed)
     del of_changes  # before the classifier takes as much
-    probabilities = settings.needs_probabilities
-    options = FitOptions(
-        groups,
-        balanced=settings.balanced,
-        calibrated=settings.calibrated,
-        standardised=settings.standardises,
-    )
-    for step in fit_classifier(settings.classifier, X, y, settings.seed, probabilities, options):
-        yield FitProgress(step.done, step.total, text, step.loss)
-    return Recogniser(
+    recogniser = Recogniser(
         settings=settings,
         rate=median_low(example.rate for example in examples),
         channels=examples[0].channels,
@@ -164,7 +160,7 @@ def fit_cleaned(
         units=examples[0].units if len({example.units for example in examples}) == 1 else (),
         actions=actions,
         shortest=_shortest(examples, actions),
-        classifier=step.classifier,
+        classifier=None,
         trained_on=tuple(trained_on),
         grammar=TaskGrammar.learn([example.segments for example in examples], actions)
         if settings.decodes
@@ -173,14 +169,34 @@ def fit_cleaned(
         dropped=left_out,
     )
 
+    def check_classifier(classifier: Any) -> None:
+        if check is not None:
+            check(replace(recogniser, classifier=classifier))
+
+    probabilities = settings.needs_probabilities
+    options = FitOptions(
+        groups,
+        balanced=settings.balanced,
+        calibrated=settings.calibrated,
+        standardised=settings.standardises,
+        check=check_classifier,
+    )
+    for step in fit_classifier(settings.classifier, X, y, settings.seed, probabilities, options):
+        yield FitProgress(step.done, step.total, text, step.loss)
+    check_classifier(step.classifier)
+    return replace(recogniser, classifier=step.classifier)
+
 
 def training_job(
-    labelled: Sequence[LabelledDemonstration], settings: Settings, known: Known | None = None
+    labelled: Sequence[LabelledDemonstration],
+    settings: Settings,
+    known: Known | None = None,
+    check: Check | None = None,
 ) -> Generator[Progress, None, Recogniser]:
     """Train a recogniser; a generator of progress that stops where one stops iterating.
 
-    `known` is as of :func:`prepare_all`. An InputError says that nothing is labelled, fewer than
-    two actions are, or channels differ.
+    `known` is as of :func:`prepare_all`, `check` as of :func:`fit_cleaned`. An InputError says that
+    nothing is labelled, fewer than two actions are, or channels differ.
     """
     used = sorted((item for item in labelled if item.segments), key=lambda item: item.added)
     if not used:
@@ -193,7 +209,7 @@ def training_job(
         replace(item, segments=example.segments, apart=True)
         for item, example in zip(used, cleaned, strict=True)
     ]
-    recogniser = yield from fit_cleaned(cleaned, dropped, settings, ids)
+    recogniser = yield from fit_cleaned(cleaned, dropped, settings, ids, check=check)
     if not (needs_live_model(settings) and settings.decodes):
         return recogniser
     # Where offline both units stand side by side, a stream has its own alone, by a running size: on

@@ -14,6 +14,7 @@ from forcelab.labels import Interval
 from forcelab.recognition.metrics import TICKS, overlay_segments
 from forcelab.recognition.results import DemonstrationResult
 from forcelab.review.run_result import RunResult
+from forcelab.runs import Runs
 
 #: What a cell counts: seconds, or human segments by what covers most of each.
 Unit = Literal["time", "segments"]
@@ -24,29 +25,18 @@ Share = Literal["counts", "row", "column"]
 MOST_PLACES = 1000
 
 
-@dataclass(frozen=True, eq=False)
-class _Parts:
-    """Stretches of human-labelled time with what is predicted there; p of them."""
-
-    owners: NDArray[np.int64]
-    starts: NDArray[np.float64]
-    ends: NDArray[np.float64]
-    ticks: NDArray[np.int64]
-    human: NDArray[np.int64]
-    #: The number of actions stands for unlabelled.
-    predicted: NDArray[np.int64]
-
-    @classmethod
-    def joined(cls, parts: Sequence[_Parts]) -> _Parts:
-        """All parts after one another."""
-        names = ("owners", "starts", "ends", "ticks", "human", "predicted")
-        empty = [np.empty(0, dtype=np.float64 if n in ("starts", "ends") else int) for n in names]
-        return cls(
-            *(
-                np.concatenate([blank, *(getattr(part, name) for part in parts)])
-                for blank, name in zip(empty, names, strict=True)
-            )
-        )
+#: A stretch of human-labelled time, with what is predicted there; for unlabelled the number of
+#: actions. `owner` is the place of its demonstration.
+_STRETCH = np.dtype(
+    [
+        ("owner", np.int64),
+        ("start", np.float64),
+        ("end", np.float64),
+        ("ticks", np.int64),
+        ("human", np.int64),
+        ("predicted", np.int64),
+    ]
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,19 +51,17 @@ class ConfusionCounts:
     #: The stage of prediction, ``"filtered"`` or ``"raw"``; demonstrations that did not keep it are
     #: left out
     stage: str
-    _pieces: _Parts
-    _segments: _Parts
+    _pieces: NDArray[np.void]
+    _segments: NDArray[np.void]
 
     def matrix(self, unit: Unit = "time") -> NDArray[np.float64]:
         """Seconds or numbers of human segments, shape (k, k + 1)."""
         parts = self._parts(unit)
-        amounts = parts.ticks / TICKS if unit == "time" else np.ones(len(parts.ticks))
-        return self._summed(parts, amounts)
+        return self._summed(parts, parts["ticks"] / TICKS if unit == "time" else None)
 
     def numbers(self, unit: Unit = "time") -> NDArray[np.int64]:
         """Number of stretches in each cell, shape (k, k + 1)."""
-        parts = self._parts(unit)
-        return self._summed(parts, np.ones(len(parts.ticks))).astype(np.int64)
+        return self._summed(self._parts(unit)).astype(np.int64)
 
     def places(
         self, human: str, predicted: str | None, unit: Unit = "time", most: int = MOST_PLACES
@@ -86,28 +74,26 @@ class ConfusionCounts:
         """
         parts = self._parts(unit)
         column = len(self.actions) if predicted is None else self.actions.index(predicted)
-        chosen = np.flatnonzero(
-            (parts.human == self.actions.index(human)) & (parts.predicted == column)
-        )
-        longest = chosen[np.argsort(-parts.ticks[chosen], kind="stable")][:most]
-        intervals = [self._place(parts, number, human, predicted) for number in longest.tolist()]
+        row = self.actions.index(human)
+        chosen = parts[(parts["human"] == row) & (parts["predicted"] == column)]
+        longest = chosen[np.argsort(-chosen["ticks"], kind="stable")][:most]
+        intervals = []
+        for owner, start, end, *_ in longest.tolist():
+            item = self.demonstrations[owner]
+            confidence = item.confidence(predicted, start, end)
+            intervals.append(Interval(item.id, start, end, human, predicted, confidence))
         return tuple(sorted(intervals, key=lambda interval: interval.score, reverse=True))
 
-    def _place(self, parts: _Parts, number: int, human: str, predicted: str | None) -> Interval:
-        """One stretch with the model's confidence in what it predicts."""
-        item = self.demonstrations[parts.owners[number]]
-        start, end = float(parts.starts[number]), float(parts.ends[number])
-        confidence = item.confidence(predicted, start, end)
-        return Interval(item.id, start, end, human, predicted, confidence)
-
-    def _parts(self, unit: Unit) -> _Parts:
+    def _parts(self, unit: Unit) -> NDArray[np.void]:
         """The stretches that a unit counts."""
         return self._pieces if unit == "time" else self._segments
 
-    def _summed(self, parts: _Parts, amounts: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The sum of amounts in each cell."""
+    def _summed(
+        self, parts: NDArray[np.void], amounts: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]:
+        """The sum of amounts in each cell, or the number of stretches."""
         k = len(self.actions)
-        cells = parts.human * (k + 1) + parts.predicted
+        cells = parts["human"] * (k + 1) + parts["predicted"]
         sums = np.bincount(cells, amounts, k * (k + 1)).astype(np.float64)
         return sums.reshape(k, k + 1)
 
@@ -117,14 +103,15 @@ def count_confusion(
 ) -> Generator[Progress, None, ConfusionCounts]:
     """Count a stage of a run's predictions against the human tracks."""
     demonstrations = tuple(item for item in run.tested if stage in item.stages)
-    pieces, segments = [], []
+    none = np.empty(0, dtype=_STRETCH)
+    pieces, segments = [none], [none]
     for number, item in enumerate(demonstrations):
         piece, segment = _count_demonstration(number, item, stage, run.actions)
         pieces.append(piece)
         segments.append(segment)
         yield Progress(number + 1, len(demonstrations), item.name)
     return ConfusionCounts(
-        run.actions, demonstrations, stage, _Parts.joined(pieces), _Parts.joined(segments)
+        run.actions, demonstrations, stage, np.concatenate(pieces), np.concatenate(segments)
     )
 
 
@@ -144,7 +131,7 @@ def normalise(matrix: NDArray[np.float64], share: Share) -> NDArray[np.float64]:
 
 def _count_demonstration(
     number: int, item: DemonstrationResult, stage: str, actions: Sequence[str]
-) -> tuple[_Parts, _Parts]:
+) -> tuple[NDArray[np.void], NDArray[np.void]]:
     """The pieces and the human segments of one demonstration."""
     over = overlay_segments(item.human, item.stages[stage], actions)
     pieces, human, k = over.pieces, over.human, len(actions)
@@ -153,20 +140,16 @@ def _count_demonstration(
     np.add.at(covered, (human.holding(pieces.firsts), predicted), pieces.samples)
     majority = covered.argmax(axis=1)  # of two that cover as much the first, unlabelled last
     return (
-        _Parts(
-            np.full(len(pieces), number),
-            pieces.starts,
-            pieces.ends,
-            pieces.samples,
-            over.human_codes,
-            predicted,
-        ),
-        _Parts(
-            np.full(len(human), number),
-            human.starts,
-            human.ends,
-            human.samples,
-            human.codes,
-            majority,
-        ),
+        _stretches(number, pieces, over.human_codes, predicted),
+        _stretches(number, human, human.codes, majority),
     )
+
+
+def _stretches(
+    owner: int, runs: Runs, human: NDArray[np.int64], predicted: NDArray[np.int64]
+) -> NDArray[np.void]:
+    out = np.empty(len(runs), dtype=_STRETCH)
+    values = (owner, runs.starts, runs.ends, runs.samples, human, predicted)
+    for name, value in zip(_STRETCH.names or (), values, strict=True):
+        out[name] = value
+    return out

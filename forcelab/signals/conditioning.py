@@ -64,10 +64,10 @@ def glitches(channel: NDArray[np.float64]) -> NDArray[np.bool_]:
     """
     glitching = np.zeros(len(channel), dtype=bool)
     finite = np.isfinite(channel)
-    values = channel[finite]
     # Nothing is further from the median than twice the largest: as good as always the answer.
-    if not values.size or np.max(np.abs(values)) <= GLITCH / 2:
+    if np.max(np.abs(channel), where=finite, initial=0.0) <= GLITCH / 2:
         return glitching
+    values = channel[finite]
     with np.errstate(over="ignore"):
         away = np.abs(values - np.median(values))
         glitching[finite] = away > GLITCH * max(1.0, float(robust_peak(away)))

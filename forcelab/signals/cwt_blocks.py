@@ -34,10 +34,10 @@ from functools import cache, cached_property
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 from scipy import fft
-from scipy.special import erfc
 
 from forcelab.errors import InputError
 from forcelab.signals.wavelets import Morlet
@@ -123,10 +123,7 @@ class Interpolation:
     step: int  # D, samples of a step of the grid
     points: int  # steps that one row of the product covers
     before: int  # points of the grid that a row needs before its first sample
-    matrix: NDArray[np.floating]  # (inputs, points * step), for real and imaginary parts apart
-    #: (2 * inputs, 2 * points * step), the same for parts in turn, as complex numbers lie in
-    #: memory: half of it is zero, but its product is written where it belongs at once.
-    interleaved: NDArray[np.floating]
+    matrix: NDArray[np.floating]  # (inputs, points * step)
 
     @property
     def inputs(self) -> int:
@@ -146,25 +143,7 @@ def interpolation(kernel: Kernel, step: int, single: bool) -> Interpolation:
     before = kernel.taps // 2 - 1
     grid = np.arange(kernel.taps + points - 1)[:, None] - before
     matrix = kernel(np.arange(points * step) / step - grid)
-    interleaved = np.zeros((len(grid), 2, points * step, 2))
-    interleaved[:, 0, :, 0] = interleaved[:, 1, :, 1] = matrix
-    flat = interleaved.reshape(2 * len(grid), -1)
-    if single:
-        return Interpolation(
-            step, points, before, matrix.astype(np.float32), flat.astype(np.float32)
-        )
-    return Interpolation(step, points, before, matrix, flat)
-
-
-def windows(points: Floats, rows: int, product: Interpolation, group: int = 1) -> Floats:
-    """Overlapping windows of rows of `group` numbers a point: (..., rows, inputs * group).
-
-    Each window begins `product.points` points after the one before.
-    """
-    *outer, last = points.strides
-    strides = (*outer, product.points * group * last, last)
-    shape = (*points.shape[:-1], rows, product.inputs * group)
-    return np.lib.stride_tricks.as_strided(points, shape, strides, writeable=False)
+    return Interpolation(step, points, before, matrix.astype(np.float32) if single else matrix)
 
 
 #: Errors to choose from, relative to the largest coefficient of the scale, and fewest taps.
@@ -177,8 +156,6 @@ SHARE = 0.2
 #: The finest grid, in points to those that the band needs; before it a kernel takes more taps.
 FINEST = 2.4
 MOST_TAPS = 24
-#: Further taps for a band whose grid may be coarse: its window is the shorter in time.
-WIDER = 4
 #: Rates and Gaussians of copies: what folds is below 4e-9 of what is kept, or below 1e-16.
 COPIES = (4.0, 1.4)
 FINE_COPIES = (8.0, 1.6)
@@ -238,28 +215,8 @@ def design(p: float, tolerance: float) -> Design:
     return Design(reach, low, high, kernel, points, *copies)
 
 
-@cache
-def band(tolerance: float) -> tuple[Kernel, float, float]:
-    """Work out a grid for a band with edges as soft as a Gaussian's integral.
-
-    In units of the Gaussian's width in frequency the band is 1 up to half of its end, and falls by
-    ``erfc((u - high / 2) / sqrt(2)) / 2``.
-
-    Gives `points`: fewest points of the grid to one over the Gaussian's width; `high`: where the
-    band ends.
-    """
-    flat = math.sqrt(2 * math.log(1 / (SHARE * tolerance)))
-    u = np.linspace(0.0, 2 * flat, 200)
-    size = np.asarray(0.5 * erfc((u - flat) / math.sqrt(2)), dtype=np.float64)
-    return (*_grid(u, size, 2 * flat, tolerance, WIDER), 2 * flat)
-
-
-def _grid(
-    u: Real, size: Real, high: float, tolerance: float, extra_taps: int = 0
-) -> tuple[Kernel, float]:
+def _grid(u: Real, size: Real, high: float, tolerance: float) -> tuple[Kernel, float]:
     """The shortest kernel, and for it the coarsest grid whose aliases are small enough.
-
-    With `extra_taps` the kernel has so many taps more than the tolerance needs at least.
 
     They count with the spectrum where they come from: near the end of the band, where they are
     largest, it is small.
@@ -274,7 +231,7 @@ def _grid(
                 return kernel
         return None
 
-    taps, fine = TOLERANCES[tolerance] + extra_taps, FINEST
+    taps, fine = TOLERANCES[tolerance], FINEST
     while (best := holding(taps, fine)) is None:
         taps += 2
         if taps > MOST_TAPS:
@@ -331,10 +288,6 @@ Complex = NDArray[np.complexfloating[Any, Any]]
 class Sink(Protocol):
     """Takes coefficients, part by part."""
 
-    #: (c, k, 2 * padded), where real and imaginary parts in turn can be written without the sink's
-    #: help.
-    direct: Floats | None
-
     def write(self, channels: slice, scales: slice, start: int, real: Floats, imag: Floats) -> None:
         """Take parts of shape (channels, scales, samples) from sample `start` on.
 
@@ -343,21 +296,11 @@ class Sink(Protocol):
 
 
 class Coefficients:
-    """Complex coefficients.
+    """Complex coefficients; `result` (c, k, n)."""
 
-    `padded`: samples with those that only fill the last row of a product.
-    """
-
-    def __init__(self, channels: int, scales: int, n: int, padded: int, single: bool) -> None:
+    def __init__(self, channels: int, scales: int, n: int, single: bool) -> None:
         kind = np.complex64 if single else np.complex128
-        self._whole = np.empty((channels, scales, padded), dtype=kind)
-        self._n = n
-        self.direct: Floats | None = self._whole.view(np.float32 if single else np.float64)
-
-    @property
-    def result(self) -> Complex:
-        """What was written, shape (c, k, n)."""
-        return self._whole[:, :, : self._n]
+        self.result: Complex = np.empty((channels, scales, n), dtype=kind)
 
     def write(self, channels: slice, scales: slice, start: int, real: Floats, imag: Floats) -> None:
         """Take parts, see :class:`Sink`."""
@@ -372,8 +315,6 @@ class LogPolar:
     `floor` (k,): magnitudes below are raised to it, and their phase, which means nothing, is 0;
     `magnitudes`, `phases` (c, k, n): natural logarithms, and radians in -pi .. pi.
     """
-
-    direct: Floats | None = None
 
     def __init__(self, channels: int, floor: NDArray[np.float64], n: int, single: bool) -> None:
         kind = np.float32 if single else np.float64
@@ -406,8 +347,6 @@ class LargestPower:
     `bounds` (m + 1,): samples, rising; `power` (c, k, m).
     """
 
-    direct: Floats | None = None
-
     def __init__(self, channels: int, scales: int, bounds: NDArray[np.int64], single: bool) -> None:
         kind = np.float32 if single else np.float64
         self.power: Floats = np.zeros((channels, scales, len(bounds) - 1), dtype=kind)
@@ -434,8 +373,6 @@ class AtSamples:
 
     `samples` (m,): rising; `coefficients` (c, k, m).
     """
-
-    direct: Floats | None = None
 
     def __init__(
         self, channels: int, scales: int, samples: NDArray[np.int64], single: bool
@@ -584,7 +521,7 @@ class Copies:
 
 
 def _smoothed(finer: _Copy, ratio: int, smoothing: Smoothing) -> _Copy:
-    """Gaussian means at every `ratio` values.
+    """Gaussian means at every `ratio` values, :data:`MEANS_A_ROW` in a row of a matrix product.
 
     ``y_m = sum_n G(n - m R) x_n`` with ``G(t) = exp(-t^2 / 2 sigma^2) / sqrt(2 pi) sigma``.
     """
@@ -594,45 +531,23 @@ def _smoothed(finer: _Copy, ratio: int, smoothing: Smoothing) -> _Copy:
     first = finer.first // step - half
     last = -(-(finer.first + n * finer.step) // step) + half
     rows = -(-(last - first + 1) // MEANS_A_ROW)
-    matrix = mean_weights(ratio, half, smoothing.width * ratio)
+    matrix = _mean_weights(ratio, half, smoothing.width * ratio)
     begin = (first - half) * ratio - finer.first // finer.step
-    out = gaussian_means(
-        lambda start, stop: held(finer.values, begin + start, begin + stop),
-        c,
-        rows,
-        ratio,
-        matrix,
-    )
+    out = np.empty((c, rows * MEANS_A_ROW))
+    hop = MEANS_A_ROW * ratio  # values from one row of the left factor to the next, which overlap
+    together = max(1, CHUNK // hop)
+    for row in range(0, rows, together):
+        chosen = min(together, rows - row)
+        start = begin + row * hop
+        part = held(finer.values, start, start + (chosen - 1) * hop + len(matrix))
+        windows = sliding_window_view(part, len(matrix), 1)[:, ::hop]
+        means = np.ascontiguousarray(windows).reshape(-1, len(matrix)) @ matrix
+        out[:, row * MEANS_A_ROW : (row + chosen) * MEANS_A_ROW] = means.reshape(c, -1)
     return _Copy(out, step, first * step)
 
 
-def gaussian_means(
-    values: Callable[[int, int], Real], channels: int, rows: int, ratio: int, matrix: Real
-) -> Real:
-    """Weighted means at every `ratio` values, :data:`MEANS_A_ROW` in a row of a matrix product.
-
-    `values`: gives the values ``[start, stop)``, shape (channels, stop - start), counted from the
-    first one that a mean is taken of; `matrix`: from :func:`mean_weights`. Gives (channels, rows *
-    ROW).
-    """
-    out = np.empty((channels, rows * MEANS_A_ROW))
-    overlap = len(matrix) - MEANS_A_ROW * ratio
-    together = max(1, CHUNK // (MEANS_A_ROW * ratio))
-    for row in range(0, rows, together):
-        chosen = min(together, rows - row)
-        start = row * MEANS_A_ROW * ratio
-        part = values(start, start + chosen * MEANS_A_ROW * ratio + overlap)
-        # Each row of the left factor begins ROW means after the one before, and overlaps it.
-        strides = (part.strides[0], MEANS_A_ROW * ratio * part.strides[1], part.strides[1])
-        shape = (channels, chosen, len(matrix))
-        windows = np.lib.stride_tricks.as_strided(part, shape, strides, writeable=False)
-        means = np.ascontiguousarray(windows).reshape(-1, len(matrix)) @ matrix
-        out[:, row * MEANS_A_ROW : (row + chosen) * MEANS_A_ROW] = means.reshape(channels, -1)
-    return out
-
-
 @cache
-def mean_weights(ratio: int, half: int, sigma: float) -> Real:
+def _mean_weights(ratio: int, half: int, sigma: float) -> Real:
     """Weights of ``(ROW + 2 half) ratio`` values in each of ROW means."""
     places = np.arange((MEANS_A_ROW + 2 * half) * ratio)[:, None] - ratio * (
         half + np.arange(MEANS_A_ROW)

@@ -12,13 +12,6 @@ the band alone, in double precision; what lies between is interpolated
 The straight line through the ends of a block is taken away before, as of a frame: the ring would
 turn it into a jump, of which the ends of the band would cut something off. Its transform is one
 number.
-
-Wavelets that are cut at the Nyquist frequency, in long recordings. The cut makes them ring for
-ever, so no frame holds one. But a response ``H`` is the sum of ``H (1 - w)``, which has no cut and
-dies away, and of ``H w``, with a window ``w`` that is 1 about the Nyquist frequency and falls
-smoothly to 0: a band so narrow that few points of a grid hold it. The first goes by frames that
-stay in the cache. For the second the ring is multiplied by ``(-1)^n``, which brings the Nyquist
-frequency to 0, and transformed at a quarter of the rate.
 """
 
 from __future__ import annotations
@@ -31,14 +24,13 @@ from itertools import groupby
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy import fft
-from scipy.special import erfc
 
 from forcelab.errors import InputError
 from forcelab.runtime import one_blas_thread
 from forcelab.signals.cwt_blocks import (
-    MEANS_A_ROW,
     PARTS,
     SINGLE,
     AtSamples,
@@ -50,17 +42,13 @@ from forcelab.signals.cwt_blocks import (
     LogPolar,
     Sink,
     Smoothing,
-    band,
     design,
     from_spectrum,
-    gaussian_means,
     held,
     interpolation,
     keep_freed_memory,
-    mean_weights,
     response,
     spectrum,
-    windows,
     without_line,
 )
 from forcelab.signals.wavelets import Morlet, Wavelet
@@ -73,8 +61,12 @@ Complex128 = NDArray[np.complex128]
 RAMP = 64
 #: Samples that are handed on at once.
 RING_SAMPLES = 1 << 14
-#: Rings up to this length are transformed as a whole and have their responses kept.
-RING_KEPT = 1 << 18
+#: Lengths above this are multiples of the square of :data:`PARTS`.
+RING_EVEN = 1 << 18
+#: Rings up to this length are transformed as a whole, longer ones in less memory.
+RING_WHOLE = 1 << 21
+#: Numbers of their responses that are kept from one transform to the next, at most.
+RING_KEPT = 1 << 23
 #: Samples of rings that are transformed at once: FFTs of several rows are faster for each.
 RING_TOGETHER = 1 << 19
 
@@ -82,7 +74,7 @@ RING_TOGETHER = 1 << 19
 def ring_length(n: int, scale: float, radius: float) -> int:
     """Samples of the ring: the signal, one half-width beyond both ends, and what joins them."""
     need = n + 2 * int(np.ceil(radius * scale)) + RAMP
-    if need > RING_KEPT:
+    if need > RING_EVEN:
         return int(PARTS**2 * fft.next_fast_len(-(-need // PARTS**2), real=False))
     # A length without factors of 7 and 11 would be faster, but how a wavelet that is cut at the
     # Nyquist frequency rings depends on the length, and preset ``paper`` has one of those.
@@ -108,21 +100,6 @@ def _share_of_last(n: int, length: int, places: NDArray[np.int64]) -> Real:
     """How much of the last value a ring has at places beyond it; the rest is of the first."""
     ramp = np.clip(0.5 + (places - 0.5 * (n + length - 1)) / RAMP, 0.0, 1.0)
     return np.asarray(0.5 + 0.5 * np.cos(np.pi * ramp))
-
-
-def ring_part(values: Real, length: int, begin: int, end: int) -> Real:
-    """Samples ``[begin, end)`` of the rings of channels, round and round, shape (c, end - begin).
-
-    A view where none of them lies in the gap.
-    """
-    n = values.shape[1]
-    if begin >= 0 and end <= n:
-        return values[:, begin:end]
-    places = np.arange(begin, end) % length
-    out = _across(values, length, places)
-    inside = places < n
-    out[:, inside] = values[:, places[inside]]
-    return out
 
 
 def _in_ring(values: Real, length: int, places: NDArray[np.int64]) -> Real:
@@ -170,7 +147,8 @@ class Ring:
         for j, scale in zip(members, scales.tolist(), strict=True):
             length = ring_length(n, scale, wavelet.radius)
             self._lengths.setdefault(length, []).append((j, scale))
-            if length <= RING_KEPT:
+            kept = sum(map(len, self._kept_weights.values()))
+            if length <= RING_WHOLE and kept + length <= RING_KEPT:
                 self._kept_weights[j] = self._weights(scale, length)
 
     def _weights(self, scale: float, length: int) -> NDArray[Any]:
@@ -185,7 +163,7 @@ class Ring:
         """Transform channels; in long rings one scale of one channel after the other."""
         values = copies.original
         for length, members in self._lengths.items():
-            if length > RING_KEPT:
+            if length > RING_WHOLE:
                 for c in range(len(values)):
                     for j, scale in members:
                         self._transform_long(values[c], length, scale, sink, c, j)
@@ -195,18 +173,21 @@ class Ring:
                 channels = slice(c, c + together)
                 half = fft.rfft(laid_into_ring(values[channels], length), axis=-1)
                 spectra = whole_spectra(half, length, self._single)
-                for j, _ in members:
-                    self._transform(spectra, sink, channels, j)
+                for j, scale in members:
+                    weights = self._kept_weights.get(j)
+                    if weights is None:
+                        weights = self._weights(scale, length)
+                    self._transform(spectra, weights, sink, channels, j)
 
     def _transform(
         self,
-        spectra: NDArray[np.complexfloating[Any, Any]],
+        spectra: Complex,
+        weights: NDArray[Any],
         sink: Sink,
         channels: slice,
         j: int,
     ) -> None:
         """One scale of some channels."""
-        weights = self._kept_weights[j]
         product = np.empty_like(spectra)
         np.multiply(spectra.view(weights.dtype), weights, out=product.view(weights.dtype))
         rows = fft.ifft(product, axis=-1, overwrite_x=True)[:, : self._n]
@@ -262,64 +243,6 @@ CACHED = 1 << 15
 LONGEST = 1 << 11
 
 
-class Frames:
-    """How channels are cut into frames, and the transforms of those.
-
-    A frame of `length` samples gives the `hop` coefficients from its middle; the others, which
-    the ring of the frame has spoilt, are given by the frames beside it. The straight line through
-    the ends of a frame is taken away before: the ring would turn it into a jump, beside which the
-    rest of a slow force is lost in single precision. Its transform is one number, ``-i`` times the
-    slope times the response's derivative at frequency 0.
-
-    `margin`: samples to both sides that take part in a coefficient; `single`: whether to invert in
-    single precision; spectra are always taken in double; `multiple`: the hop is a multiple of it;
-    `length`, `margin`, `hop`: in samples; a frame begins `margin` before the first of its
-    coefficients; `count`: frames that n samples take; `together`: frames that fill the cache.
-    """
-
-    def __init__(self, n: int, margin: int, single: bool, multiple: int = 1) -> None:
-        self.margin = margin
-        self.length = _length(n, margin, multiple)
-        self.hop = (self.length - 2 * margin) // multiple * multiple
-        self.count = -(-n // self.hop)
-        self.together = max(1, CACHED // self.length)
-        self._single = single
-
-    def weights(self, response: Real) -> Floats:
-        """A real response at the frequencies of ``fftfreq``, as :meth:`rows` wants it.
-
-        Twice each: multiplying real and imaginary parts alike is faster than a complex product.
-        """
-        return np.repeat(response, 2).astype(np.float32 if self._single else np.float64)
-
-    def spectra(self, part: Real, frames: int) -> tuple[Complex, Real]:
-        """Spectra and slopes of neighbouring frames.
-
-        `part` (c, (frames - 1) * hop + length or more): from `margin` samples before the first
-        coefficient on. Gives `spectra` (c, frames, length): at positive and negative frequencies,
-        without the straight lines; `slopes` (c, frames): of the lines, a sample.
-        """
-        c, length = len(part), self.length
-        strides = (part.strides[0], self.hop * part.strides[1], part.strides[1])
-        views = np.lib.stride_tricks.as_strided(part, (c, frames, length), strides, writeable=False)
-        rest, slopes = without_line(views)
-        half = fft.rfft(rest, axis=-1, overwrite_x=True)
-        return whole_spectra(half, length, self._single), slopes[:, :, 0]
-
-    def rows(self, spectra: Complex, slopes: Real, weights: Floats, slope: float) -> Complex:
-        """Coefficients of frames, shape (c, frames, hop).
-
-        `spectra`, `slopes`: from :meth:`spectra`; `weights`: from :meth:`weights`; `slope`: the
-        response's derivative at frequency 0.
-        """
-        product = np.empty_like(spectra)
-        np.multiply(spectra.view(weights.dtype), weights, out=product.view(weights.dtype))
-        # The inverse transform divides by the length.
-        product[:, :, 0] = slopes * (-1j * slope * self.length)
-        frames = fft.ifft(product, axis=-1, overwrite_x=True)
-        return np.asarray(frames[:, :, self.margin : self.margin + self.hop])
-
-
 def slope_at_zero(wavelet: Morlet, scale: float) -> float:
     """The response's derivative at frequency 0.
 
@@ -329,17 +252,17 @@ def slope_at_zero(wavelet: Morlet, scale: float) -> float:
     return slope * scale**1.5
 
 
-def _length(n: int, margin: int, multiple: int) -> int:
+def _frame_length(n: int, margin: int) -> int:
     """The length of frames that costs least: long ones waste less, short ones stay in the cache."""
     whole = fft.next_fast_len(n + 2 * margin + n % 2, real=True)
     longest = max(LONGEST, 1 << math.ceil(math.log2(8 * margin)))
     lengths = [1 << k for k in range(8, 28)] + [3 << k for k in range(7, 27)]
-    lengths = [b for b in lengths if b <= longest and b - 2 * margin >= max(64, multiple)]
-    if whole <= 4 * longest and multiple == 1:
+    lengths = [b for b in lengths if b <= longest and b - 2 * margin >= 64]
+    if whole <= 4 * longest:
         lengths.append(whole)
 
     def cost(length: int) -> float:
-        frames = -(-n // ((length - 2 * margin) // multiple * multiple))
+        frames = -(-n // (length - 2 * margin))
         missed = 1.25 if length > CACHED // 4 else 1.0
         return frames * length * (math.log2(length) + 4) * missed
 
@@ -348,6 +271,12 @@ def _length(n: int, margin: int, multiple: int) -> int:
 
 class Narrow:
     """Some neighbouring scales by overlap and save.
+
+    Channels are cut into frames. Each gives the `hop` coefficients from its middle; the others,
+    which the ring of the frame has spoilt, are given by the frames beside it. The straight line
+    through the ends of a frame is taken away before: the ring would turn it into a jump, beside
+    which the rest of a slow force is lost in single precision. Its transform is one number, ``-i``
+    times the slope times the response's derivative at frequency 0.
 
     `scales` (s,): rising, none of them cut at the Nyquist frequency; `members`: their places among
     all scales; `single`: whether to invert in single precision; spectra are always taken in double.
@@ -362,54 +291,55 @@ class Narrow:
         design: Design,
         single: bool,
     ) -> None:
-        self._n = n
-        self._frames = Frames(n, design.half_width(float(scales[-1])), single)
-        omega = 2 * np.pi * fft.fftfreq(self._frames.length)
+        self._n, self._single = n, single
+        # Samples to both sides that take part in a coefficient; a frame begins so many before the
+        # first one that it gives.
+        self._margin = design.half_width(float(scales[-1]))
+        self._length = _frame_length(n, self._margin)
+        self._hop = self._length - 2 * self._margin
+        omega = 2 * np.pi * fft.fftfreq(self._length)
         self._ways = [
-            (j, self._frames.weights(response(wavelet, a, omega)), slope_at_zero(wavelet, a))
+            (j, self._weights(response(wavelet, a, omega)), slope_at_zero(wavelet, a))
             for j, a in zip(members, scales.tolist(), strict=True)
         ]
 
+    def _weights(self, response: Real) -> Floats:
+        """A real response at the frequencies of ``fftfreq``.
+
+        Twice each: multiplying real and imaginary parts alike is faster than a complex product.
+        """
+        return np.repeat(response, 2).astype(np.float32 if self._single else np.float64)
+
     def transform(self, copies: Copies, sink: Sink) -> None:
-        """Transform channels."""
-        values = copies.original
-        channels = max(1, self._frames.together // self._frames.count)
-        frames = max(1, self._frames.together // channels)
+        """Transform channels, as many frames at a time as fill the cache."""
+        values, count = copies.original, -(-self._n // self._hop)
+        together = max(1, CACHED // self._length)
+        channels = max(1, together // count)
+        frames = max(1, together // channels)
         for c in range(0, len(values), channels):
-            for f in range(0, self._frames.count, frames):
-                self._transform(values, sink, slice(c, c + channels), f, f + frames)
+            for f in range(0, count, frames):
+                self._transform(values, sink, slice(c, c + channels), f, min(f + frames, count))
 
     def _transform(self, values: Real, sink: Sink, channels: slice, first: int, last: int) -> None:
         """Frames `first` .. `last` of some channels."""
-        last = min(last, self._frames.count)
-        hop, margin = self._frames.hop, self._frames.margin
+        hop, margin = self._hop, self._margin
         part = held(values[channels], first * hop - margin, last * hop + margin)
-        spectra, slopes = self._frames.spectra(part, last - first)
+        spectra, slopes = self._spectra(part)
         for j, weights, slope in self._ways:
-            rows = self._frames.rows(spectra, slopes, weights, slope)
-            if sink.direct is None:
-                real = np.ascontiguousarray(rows.real).reshape(len(rows), 1, -1)
-                imag = np.ascontiguousarray(rows.imag).reshape(len(rows), 1, -1)
-                sink.write(channels, slice(j, j + 1), first * hop, real, imag)
-            else:
-                self._place(rows, sink.direct[channels, j], first * hop)
+            product = np.empty_like(spectra)
+            np.multiply(spectra.view(weights.dtype), weights, out=product.view(weights.dtype))
+            # The inverse transform divides by the length.
+            product[:, :, 0] = slopes * (-1j * slope * self._length)
+            rows = fft.ifft(product, axis=-1, overwrite_x=True)[:, :, margin : margin + hop]
+            real = np.ascontiguousarray(rows.real).reshape(len(rows), 1, -1)
+            imag = np.ascontiguousarray(rows.imag).reshape(len(rows), 1, -1)
+            sink.write(channels, slice(j, j + 1), first * hop, real, imag)
 
-    def _place(
-        self,
-        rows: NDArray[np.complexfloating[Any, Any]],
-        into: NDArray[np.floating[Any]],
-        start: int,
-    ) -> None:
-        """Copy the middles of frames side by side."""
-        hop = self._frames.hop
-        place = into.view(rows.dtype)[:, start : min(self._n, start + rows.shape[1] * hop)]
-        full = place.shape[1] // hop
-        for c in range(len(rows)):
-            whole = place[c, : full * hop].reshape(full, hop)
-            whole[...] = rows[c, :full]
-            if full < rows.shape[1]:
-                rest = place[c, full * hop :]
-                rest[...] = rows[c, full, : len(rest)]
+    def _spectra(self, part: Real) -> tuple[Complex, Real]:
+        """Spectra (c, frames, length) without the straight lines, and the lines' slopes."""
+        rest, slopes = without_line(sliding_window_view(part, self._length, 1)[:, :: self._hop])
+        half = fft.rfft(rest, axis=-1, overwrite_x=True)
+        return whole_spectra(half, self._length, self._single), slopes[:, :, 0]
 
 
 #: The largest step of a grid: larger ones gain nothing, and their matrices leave the cache.
@@ -537,10 +467,7 @@ class Wide:
             samples = min(self._block, self._n - start)
             rows = -(-samples // product.outputs)
             points = grids[:, :, skipped : skipped + rows * product.points + product.inputs]
-            if sink.direct is None:
-                _write_parts(points, product, rows, sink, scales, start)
-            else:
-                _write_complex(points, product, rows, sink.direct[:, scales], start)
+            _interpolate(points, product, rows, sink, scales, start)
 
 
 def _coarse(spectra: Complex128, slopes: Real, grid: _Grid, members: slice) -> Complex128:
@@ -558,22 +485,7 @@ def _coarse(spectra: Complex128, slopes: Real, grid: _Grid, members: slice) -> C
     return np.asarray(fft.ifft(product, axis=-1, overwrite_x=True))
 
 
-def _write_complex(
-    points: Complex128, product: Interpolation, rows: int, into: Floats, start: int
-) -> None:
-    """Interpolate, real and imaginary parts in turn, straight into the result."""
-    matrix = product.interleaved
-    parts = points.view(np.float64).astype(matrix.dtype)
-    overlapping = windows(parts, rows, product, 2)
-    place = into[:, :, 2 * start : 2 * start + rows * matrix.shape[1]]
-    left = np.empty(overlapping.shape[2:], dtype=matrix.dtype)
-    for c in range(len(points)):
-        for j in range(points.shape[1]):
-            np.copyto(left, overlapping[c, j])
-            np.matmul(left, matrix, out=place[c, j].reshape(rows, -1))
-
-
-def _write_parts(
+def _interpolate(
     points: Complex128, product: Interpolation, rows: int, sink: Sink, scales: slice, start: int
 ) -> None:
     """Interpolate real and imaginary parts apart and hand them on while they are in the cache."""
@@ -582,7 +494,8 @@ def _write_parts(
     # (2, c, s, points): real parts, then imaginary parts.
     parts = np.empty((2, *points.shape), dtype=matrix.dtype)
     parts[0], parts[1] = points.real, points.imag
-    overlapping = windows(parts, rows, product)
+    firsts = slice(0, rows * product.points, product.points)
+    overlapping = sliding_window_view(parts, product.inputs, -1)[..., firsts, :]
     together = min(rows, max(1, SAMPLES // product.outputs))
     stack = min(s, max(1, SAMPLES // (rows * product.outputs)))
     channels = max(1, SAMPLES // (s * rows * product.outputs))
@@ -600,184 +513,6 @@ def _write_parts(
                     real,
                     imag,
                 )
-
-
-#: Steps of the grid of the band at the Nyquist frequency, and of the ring's copy, in samples.
-GRID, COPY = 8, 4
-#: Points of the grids, and samples of the rings, that are worked on together.
-GRID_POINTS, TOGETHER = 1 << 21, 1 << 19
-#: Rings up to this length have their responses kept.
-KEPT = 1 << 21
-#: Bins whose responses are worked out at once.
-STRETCH = 1 << 16
-
-
-class Cut:
-    """Some scales of long rings, cut at the Nyquist frequency.
-
-    `scales` (s,): rising; `members`: their places among all scales; `single`: whether to give
-    single precision; spectra are always taken in double.
-    """
-
-    def __init__(
-        self,
-        n: int,
-        scales: Real,
-        members: Sequence[int],
-        wavelet: Morlet,
-        design: Design,
-        tolerance: float,
-        single: bool,
-    ) -> None:
-        self._wavelet = wavelet
-        kernel, points, self._high = band(tolerance)
-        #: Width in time, in samples, of the Gaussian whose transform's integral is w's edge.
-        self._width = max(points * GRID, design.rate * COPY * self._high / (2 * math.pi))
-        self._half = math.ceil(design.reach * design.gaussian)
-        self._sigma = design.gaussian * COPY
-        self._kernel = kernel
-        product = interpolation(kernel, GRID, single)
-        self._product = product
-        # Back from frequency 0 to the Nyquist frequency.
-        self._matrix = product.matrix * np.where(np.arange(product.outputs) % 2, -1, 1).astype(
-            product.matrix.dtype
-        )
-        margin = math.ceil(design.reach * math.hypot(self._width, float(scales[-1]))) + 2
-        self._frames = Frames(n, margin, single, product.outputs)
-        omega = 2 * np.pi * fft.fftfreq(self._frames.length)
-        rest = 1.0 - self._window(np.pi - np.abs(omega))
-        self._rings: dict[int, list[tuple[int, float]]] = {}
-        self._ways: dict[int, tuple[Floats, float]] = {}
-        self._bands: dict[int, Real] = {}
-        for j, scale in zip(members, scales.tolist(), strict=True):
-            length = ring_length(n, scale, wavelet.radius)
-            self._rings.setdefault(length, []).append((j, scale))
-            weights = self._frames.weights(rest * response(wavelet, scale, omega))
-            self._ways[j] = weights, slope_at_zero(wavelet, scale)
-            if length <= KEPT:
-                self._bands[j] = self._band(scale, length)
-
-    def _window(self, distance: Real) -> Real:
-        """The window w at distances from the Nyquist frequency, in radians a sample."""
-        at = (distance * self._width - 0.5 * self._high) / math.sqrt(2)
-        return np.asarray(0.5 * erfc(at), dtype=np.float64)
-
-    def _bins(self, length: int) -> int:
-        """How many bins of a ring's spectrum the band goes on for, on either side of Nyquist's.
-
-        It may end on a bin exactly, so rounding is asked only here.
-        """
-        most = min(length // (2 * COPY), length // (2 * GRID) - 1)
-        return min(math.ceil(self._high / self._width * length / (2 * math.pi)), most)
-
-    def _band(self, scale: float, length: int) -> Real:
-        """By what the copy's spectrum is multiplied at bins -K .. K, counted from Nyquist's.
-
-        That is ``H w`` over what the Gaussian and the interpolation multiply by.
-        """
-        bin_width, bins = 2 * math.pi / length, self._bins(length)
-        # Bit by bit: of a long ring what it takes is more than the result.
-        return np.concatenate(
-            [
-                self._band_part(
-                    scale, bin_width * np.arange(k, min(k + STRETCH, bins + 1), dtype=float)
-                )
-                for k in range(-bins, bins + 1, STRETCH)
-            ]
-        )
-
-    def _band_part(self, scale: float, omega: Real) -> Real:
-        """The same at frequencies in radians a sample, counted from Nyquist's."""
-        passed = self._kernel.transforms(GRID * omega) * GRID
-        passed *= np.exp(-0.5 * (self._sigma * omega) ** 2) / COPY
-        # Below the Nyquist frequency, and above it, where the negative ones begin.
-        weights = response(self._wavelet, scale, omega + np.where(omega > 0, -math.pi, math.pi))
-        # Its own bin stands for both signs.
-        nyquist = response(self._wavelet, scale, np.array([-math.pi, math.pi]))
-        weights[omega == 0] = nyquist.mean()
-        return np.asarray(weights * self._window(np.abs(omega)) / passed, dtype=np.float64)
-
-    def transform(self, copies: Copies, sink: Sink) -> None:
-        """Transform channels."""
-        values = copies.original
-        for length, members in self._rings.items():
-            channels = max(1, TOGETHER // length)
-            scales = max(1, GRID_POINTS * GRID // length)
-            for c in range(0, len(values), channels):
-                spectra = self._spectra(values[c : c + channels], length)
-                for i in range(0, len(members), scales):
-                    chosen = members[i : i + scales]
-                    grids = {j: self._grid(spectra, length, j, scale) for j, scale in chosen}
-                    count = max(1, self._frames.together // len(spectra))
-                    for f in range(0, self._frames.count, count):
-                        self._transform(values, length, grids, sink, c, slice(f, f + count))
-
-    def _spectra(self, values: Real, length: int) -> Complex128:
-        """Half of the spectra of ``(-1)^n x_n`` at every COPY samples of rings."""
-        weights = mean_weights(COPY, self._half, self._sigma)
-        weights = weights * np.where(np.arange(len(weights)) % 2, -1.0, 1.0)[:, None]
-        before = self._half * COPY
-        means = gaussian_means(
-            lambda start, stop: ring_part(values, length, start - before, stop - before),
-            len(values),
-            length // (MEANS_A_ROW * COPY),
-            COPY,
-            weights,
-        )
-        # A copy: the rest of the spectrum is not needed.
-        return fft.rfft(means, axis=-1, overwrite_x=True)[:, : self._bins(length) + 1].copy()
-
-    def _grid(self, spectra: Complex128, length: int, j: int, scale: float) -> Floats:
-        """Points of one scale's band all along the ring; parts apart, shape (2, c, points)."""
-        weights = self._bands[j] if j in self._bands else self._band(scale, length)
-        bins, points = len(weights) // 2, length // GRID
-        product = np.zeros((len(spectra), points), dtype=np.complex128)
-        np.multiply(spectra[:, : bins + 1], weights[bins:], out=product[:, : bins + 1])
-        np.conj(spectra[:, bins:0:-1], out=product[:, points - bins :])
-        product[:, points - bins :] *= weights[:bins]
-        coefficients = fft.ifft(product, axis=-1, overwrite_x=True)
-        before = self._product.before
-        needed = before + self._frames.count * self._frames.hop // GRID + self._product.inputs
-        parts = np.empty((2, len(spectra), needed), dtype=self._matrix.dtype)
-        place = 0
-        while place < needed:  # round and round the ring
-            at = (place - before) % points
-            count = min(points - at, needed - place)
-            parts[0, :, place : place + count] = coefficients.real[:, at : at + count]
-            parts[1, :, place : place + count] = coefficients.imag[:, at : at + count]
-            place += count
-        return parts
-
-    def _transform(
-        self,
-        values: Real,
-        length: int,
-        grids: dict[int, Floats],
-        sink: Sink,
-        c: int,
-        members: slice,
-    ) -> None:
-        """Some scales, over some frames."""
-        frames, product = self._frames, self._product
-        first, count = members.start, min(members.stop, frames.count) - members.start
-        rows_of_one = next(iter(grids.values())).shape[1]
-        channels = slice(c, c + rows_of_one)
-        start = first * frames.hop
-        stop = start + count * frames.hop + 2 * frames.margin
-        part = ring_part(values[channels], length, start - frames.margin, stop)
-        spectra, slopes = frames.spectra(part, count)
-        rows = count * frames.hop // product.outputs
-        from_point = start // GRID
-        for j, points in grids.items():
-            coefficients = frames.rows(spectra, slopes, *self._ways[j])
-            left = np.ascontiguousarray(windows(points[:, :, from_point:], rows, product))
-            parts = (left.reshape(-1, product.inputs) @ self._matrix).reshape(
-                2, *coefficients.shape
-            )
-            parts[0] += coefficients.real
-            parts[1] += coefficients.imag
-            real, imag = parts.reshape(2, rows_of_one, 1, -1)
-            sink.write(channels, slice(j, j + 1), start, real, imag)
 
 
 #: Magnitudes of channels of amplitude 1 that are above this share times the root of the scale are
@@ -872,7 +607,6 @@ class Plan:
         self._order = np.argsort(self.scales, kind="stable")
         rising = self.scales[self._order]
         block = WIDEST_STEP * -(-(n if n <= WHOLE else BLOCK) // WIDEST_STEP)
-        self._padded = n
         self._smoothing = Smoothing((1,), 1.0, 1)
         if type(wavelet) is Morlet:
             self._paths = self._morlet(rising, wavelet, design(wavelet.p, tolerance), block)
@@ -888,15 +622,11 @@ class Plan:
             j for j, a in enumerate(scales.tolist()) if j not in cut and design.step(a) < COARSE
         ]
         paths: list[_Path] = []
-        if cut and ring_length(n, float(scales[0]), wavelet.radius) > RING_KEPT:
-            paths.append(Cut(n, scales[cut], cut, wavelet, design, self.tolerance, single))
-        elif cut:
+        if cut:
             paths.append(Ring(n, scales[cut], cut, wavelet, single))
         if narrow:
             paths.append(Narrow(n, scales[narrow], narrow, wavelet, design, single))
         first = len(cut) + len(narrow)
-        if first < len(scales):
-            self._padded = WIDEST_STEP * -(-n // WIDEST_STEP)
         half = math.ceil(design.reach * design.gaussian)
         self._smoothing = Smoothing((1,), design.gaussian, half)
         while first < len(scales):
@@ -908,7 +638,7 @@ class Plan:
             paths.append(
                 Wide(
                     n,
-                    block if near else self._padded,
+                    block if near else WIDEST_STEP * -(-n // WIDEST_STEP),
                     scales[first:last],
                     first,
                     wavelet,
@@ -950,7 +680,7 @@ class Plan:
                 few = FewSamples(self.n, self.scales, self._wavelet, self.tolerance, wanted)
                 latest = self._few = wanted, few
             return latest[1].coefficients(values)
-        sink = Coefficients(len(values), len(self.scales), self.n, self._padded, self.single)
+        sink = Coefficients(len(values), len(self.scales), self.n, self.single)
         self._run(values, sink)
         return self._as_asked(sink.result)[:, :, samples]
 

@@ -51,13 +51,18 @@ def measured(values: NDArray[np.float64]) -> NDArray[np.bool_]:
     return np.asarray(np.abs(values) <= LARGEST)
 
 
+def _bridged(channel: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A channel, NaN where a value cannot have been read."""
+    recorded = measured(channel)
+    return channel if recorded.all() else np.where(recorded, channel, np.nan)
+
+
 def readings(channel: NDArray[np.float64]) -> NDArray[np.float64]:
     """The samples of a channel, NaN where a sensor cannot have read them; shape (n,).
 
     Glitches are found here, as recorded: on another grid each would be spread over more samples.
     """
-    recorded = measured(channel)
-    bridged = channel if recorded.all() else np.where(recorded, channel, np.nan)
+    bridged = _bridged(channel)
     glitching = glitches(bridged)
     return np.where(glitching, np.nan, bridged) if glitching.any() else bridged
 
@@ -174,7 +179,7 @@ def glitch_remarks(demonstration: Demonstration) -> list[str]:
     """A remark on samples that :func:`~forcelab.signals.conditioning.glitches` finds, if any."""
     counts = {}
     for channel, values in zip(demonstration.channels, demonstration.signals.T, strict=True):
-        if number := int(glitches(np.where(measured(values), values, np.nan)).sum()):
+        if number := int(glitches(_bridged(values)).sum()):
             counts[channel.name] = number
     if not counts:
         return []

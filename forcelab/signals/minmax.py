@@ -43,13 +43,9 @@ FACTOR = 4
 SIZES = tuple(UNIT * FACTOR**k for k in range(8))
 #: Samples that are read at once: one block of the coarsest level.
 CHUNK = SIZES[-1]
-#: Up to so many samples a column are picked one by one rather than found run by run.
-PICKED = 32
 #: From so many blocks of the finest level a column on, a pyramid is used; and from a coarser level
 #: on where a column holds at least so many of its blocks.
 FEWEST, FINE = 4, 16
-#: Stamps of so many samples do not fit into a processor's cache: to search them is to wait.
-MANY = 200_000
 #: From so many samples a column on, extremes are drawn; below, a line through the samples.
 DENSE = 3.0
 
@@ -88,7 +84,7 @@ class Columns:
         self._times: Real = np.asarray(times)
         self._edges: Real = np.asarray(edges, dtype=np.float64)
         self._longest = longest
-        self._adopt(_columns_of(self._times, self._edges))
+        self._adopt(np.searchsorted(self._times, self._edges).astype(np.int64))
 
     def _adopt(self, bounds: Whole) -> None:
         """Take the first sample of each column, and the one after the last column."""
@@ -121,19 +117,6 @@ class Columns:
     def pyramid(self) -> bool:
         """Whether a pyramid is needed; without, at most 64 samples a column are looked at."""
         return self.crowd >= FEWEST * UNIT
-
-    @cached_property
-    def picks(self) -> Whole | None:
-        """The samples of each column that holds any, one column below the other, shape (s, m).
-
-        A column with fewer than `s` repeats its last one. None where columns hold too many, or
-        some hold many more than others.
-        """
-        first, last = self.firsts[self.full], self.lasts[self.full]
-        most = int((last - first).max(initial=0))
-        if most > PICKED or most * len(self.full) > 2 * self.samples + len(self.full):
-            return None
-        return np.minimum(first + np.arange(most)[:, np.newaxis], last - 1)
 
     def up_to(self, count: int) -> Columns:
         """The same columns with only the first `count` samples of the demonstration in them."""
@@ -211,28 +194,6 @@ class Columns:
         return numbers, np.stack([begin[numbers], end[numbers]], axis=1).ravel()
 
 
-def _columns_of(times: Real, edges: Real) -> Whole:
-    """The first sample at or after each edge, as :func:`numpy.searchsorted` has it.
-
-    Of many stamps that are equally far apart it is computed and looked at, in a quarter of the time
-    that a search takes.
-    """
-    n = len(times)
-    if n < MANY:
-        return np.searchsorted(times, edges).astype(np.int64)
-    rate = (n - 1) / (times[-1] - times[0])
-    guess = np.clip(np.ceil((edges - times[0]) * rate), 0, n).astype(np.int64)
-    after = (guess == n) | (times.take(np.minimum(guess, n - 1)) >= edges)
-    before = (guess == 0) | (times.take(np.maximum(guess - 1, 0)) < edges)
-    misplaced = np.flatnonzero(~(after & before))
-    if len(misplaced):
-        guess[misplaced] = np.searchsorted(times, edges[misplaced])
-    return guess
-
-
-Limits = tuple[float, float] | Real  # each one for all values, or one for each column of them
-
-
 @dataclass(frozen=True, eq=False, slots=True)
 class Extremes:
     """The least and the greatest sample of each of k columns."""
@@ -244,7 +205,7 @@ class Extremes:
 
 
 def run_extremes(
-    values: Real, firsts: Whole, lasts: Whole, limits: Limits | None = None
+    values: Real, firsts: Whole, lasts: Whole, limits: tuple[float, float] | None = None
 ) -> Extremes:
     """The least and the greatest sample of runs of rows, each from one up to, not with, another.
 
@@ -286,11 +247,8 @@ class Envelope:
     """
 
     def __init__(self, signals: Real, column: int) -> None:
-        signals = np.asarray(signals)  # no memmap, which is slow to index; nothing is copied
-        self._signals, self._column = signals, column
-        self.values: Real = signals[:, column]
-        self._width = signals.shape[1]
-        self._flat: Real = signals.reshape(-1)  # sample after sample, each with its channels
+        # No memmap, which is slow to index; nothing is copied.
+        self.values: Real = np.asarray(signals)[:, column]
         self.filled = 0
         self.limits: tuple[float, float] | None = None
         self.glitches: Whole = np.empty(0, dtype=np.int64)
@@ -344,8 +302,7 @@ class Envelope:
             return
         if columns.ends:
             samples, *ends = columns.ends
-            values = self._flat.take(samples.blocks * self._width + self._column)
-            least, greatest = _present(values, self.limits)
+            least, greatest = _present(self.values[samples.blocks], self.limits)
             low[samples.numbers], high[samples.numbers] = least.min(axis=0), greatest.max(axis=0)
             for end, level in zip(ends, self._levels, strict=False):
                 _lower(low, high, end.numbers, level.take(end.blocks, axis=1).min(axis=1))
@@ -383,63 +340,26 @@ def drawn_together(envelopes: Sequence[Envelope], columns: Columns) -> list[Extr
     """The least and the greatest value of some channels' curves in each column.
 
     As of :meth:`Envelope.extremes`, with the values of the line through the samples at the edges.
-    The channels are of one demonstration: those of a sample lie next to each other, so together
-    they take a fraction of the time.
     """
-    if not envelopes:
-        return []
-    extremes = _few(envelopes, columns) or [envelope.extremes(columns) for envelope in envelopes]
-    meeting = _edge_values(envelopes, columns)
-    lowest, highest = (
-        np.fmin(meeting[:, :-1], meeting[:, 1:]),
-        np.fmax(meeting[:, :-1], meeting[:, 1:]),
-    )
-    return [
-        Extremes(np.fmin(envelope.low, low), np.fmax(envelope.high, high))
-        for envelope, low, high in zip(extremes, lowest, highest, strict=True)
-    ]
+    drawn = []
+    for envelope in envelopes:
+        extremes, meeting = envelope.extremes(columns), _edge_values(envelope, columns)
+        lowest, highest = np.fmin(meeting[:-1], meeting[1:]), np.fmax(meeting[:-1], meeting[1:])
+        drawn.append(Extremes(np.fmin(extremes.low, lowest), np.fmax(extremes.high, highest)))
+    return drawn
 
 
-def _few(envelopes: Sequence[Envelope], columns: Columns) -> list[Extremes] | None:
-    """The extremes of all channels at once; None where that would not take less time."""
-    picks = None if columns.pyramid else columns.picks
-    if picks is None or picks.size == 0 or 2 * len(envelopes) < envelopes[0]._width:
-        return None
-    signals = envelopes[0]._signals
-    limits = None
-    if any(envelope.limits for envelope in envelopes):
-        limits = np.tile([[-np.inf], [np.inf]], signals.shape[1])
-        for envelope in envelopes:
-            if envelope.limits:
-                limits[:, envelope._column] = envelope.limits
-    lows, highs = _present(signals.take(picks, axis=0), limits)
-    shape = (len(columns), signals.shape[1])
-    low, high = np.full(shape, np.nan), np.full(shape, np.nan)
-    least, greatest = lows.min(axis=0), highs.max(axis=0)
-    least[np.isposinf(least)] = greatest[np.isneginf(greatest)] = np.nan
-    low[columns.full], high[columns.full] = least, greatest
-    return [Extremes(low[:, envelope._column], high[:, envelope._column]) for envelope in envelopes]
-
-
-def _edge_values(envelopes: Sequence[Envelope], columns: Columns) -> Real:
-    """Where the lines between samples meet the edges of columns, shape (channels, k + 1)."""
+def _edge_values(envelope: Envelope, columns: Columns) -> Real:
+    """Where the lines between samples meet the edges of columns, shape (k + 1,)."""
     numbers, after, share = columns.crossings
-    flat, width = envelopes[0]._flat, envelopes[0]._width
-    chosen = np.array([envelope._column for envelope in envelopes])
-    if 2 * len(envelopes) < width:
-        left, right = (flat.take(at * width + chosen[:, np.newaxis]) for at in (after - 1, after))
-    else:
-        samples = envelopes[0]._signals
-        left, right = (samples.take(at, axis=0).T[chosen] for at in (after - 1, after))
-    for i, envelope in enumerate(envelopes):
-        if envelope.limits:
-            for side in (left[i], right[i]):
-                side[_beyond(side, envelope.limits)] = np.nan
-    meeting = np.full((len(envelopes), len(columns) + 1), np.nan)
-    meeting[:, numbers] = _between(left, right, share)
+    left, right = envelope.values[after - 1], envelope.values[after]
+    if envelope.limits:
+        for side in (left, right):
+            side[_beyond(side, envelope.limits)] = np.nan
+    meeting = np.full(len(columns) + 1, np.nan)
+    meeting[numbers] = _between(left, right, share)
     if columns.pyramid:
-        for envelope, row in zip(envelopes, meeting, strict=True):
-            row[numbers[np.searchsorted(after, envelope.filled) :]] = np.nan
+        meeting[numbers[np.searchsorted(after, envelope.filled) :]] = np.nan
     return meeting
 
 
@@ -462,12 +382,12 @@ def read_envelopes(envelopes: Sequence[Envelope]) -> Generator[Progress, None, N
                 yield Progress(envelope.filled, n, "reading the channels")
 
 
-def _beyond(values: Real, limits: Limits) -> NDArray[np.bool_]:
+def _beyond(values: Real, limits: tuple[float, float]) -> NDArray[np.bool_]:
     """Which values are below the lower of two limits or above the upper one."""
     return np.asarray((values < limits[0]) | (values > limits[1]))
 
 
-def _present(values: Real, limits: Limits | None) -> tuple[Real, Real]:
+def _present(values: Real, limits: tuple[float, float] | None) -> tuple[Real, Real]:
     """The values for the search of the least and of the greatest: missing ones are never found."""
     missing = ~np.isfinite(values)
     if limits is not None:

@@ -14,14 +14,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.errors import InputError
-from forcelab.labels import Segment, Segments, Track, is_model
+from forcelab.labels import Segment, Segments, Track
 from forcelab.simulation.scene import Performance
-
-
-def _check_probability(name: str, probability: float) -> None:
-    if not 0 <= probability <= 1:
-        raise InputError(f"{name} needs a probability from 0 to 1, not {probability}.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,9 +30,6 @@ class Confusion:
     after: str | None = None
     before: str | None = None
     shorter: float = float("inf")  # only segments shorter than this, s
-
-    def __post_init__(self) -> None:
-        _check_probability(f"Taking '{self.action}' for '{self.taken_for}'", self.probability)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,20 +55,6 @@ class Coder:
     overlooked: float = 0.0
     neighbour: float = 0.0
     confusions: tuple[Confusion, ...] = ()  # the coder's habits
-
-    def __post_init__(self) -> None:
-        if not self.name.strip() or is_model(self.name):
-            raise InputError(f"'{self.name}' is no coder; give the simulated coder another name.")
-        if not np.isfinite([self.lag, *self.starts.values()]).all():
-            raise InputError(f"The lag of '{self.name}', and at each start, must be finite.")
-        for name in ("sharp", "ramp", "gap", "margin", "short"):
-            value = getattr(self, name)
-            if not 0 <= value < float("inf"):
-                raise InputError(
-                    f"{name} of '{self.name}' must be finite and not negative, not {value}."
-                )
-        _check_probability(f"Overlooking by '{self.name}'", self.overlooked)
-        _check_probability(f"A neighbour taken by '{self.name}'", self.neighbour)
 
 
 #: The coders of the sample project. Ines is exact, but lets large actions swallow small ones; Tomas

@@ -78,10 +78,6 @@ class Trajectory:
         stacked = np.ascontiguousarray(np.stack(cubics).transpose(0, 2, 1, 3))
         return cls(stacked, np.arange(len(stacked)))
 
-    @property
-    def shape(self) -> tuple[int, int]:
-        return len(self.lanes), self.coefficients.shape[-1]
-
     def subset(self, lanes: NDArray[np.intp]) -> Trajectory:
         """The commands of some lanes; one may be taken more than once."""
         return Trajectory(self.coefficients, self.lanes[lanes])

@@ -14,10 +14,8 @@ fixed number of times per round, whatever the number of lanes.
 from __future__ import annotations
 
 import warnings
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterator
-from dataclasses import dataclass, fields
-from typing import ClassVar
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +24,8 @@ from scipy.integrate import Radau as RadauIIA
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
-from forcelab.simulation.system import Array, Event, System
+from forcelab.simulation.mechanics import Mechanics
+from forcelab.simulation.scene import Array, Event
 
 #: Width in seconds to which a crossing is bracketed.
 _WIDTH = 1e-10
@@ -54,7 +53,7 @@ class EventLocator:
     err to either side.
     """
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: Mechanics) -> None:
         meanings = [meaning.split("|") for meaning in system.events]
         self._meanings = [(falling, rising) for rising, falling in meanings]
         self._requested_times = np.array(
@@ -67,7 +66,7 @@ class EventLocator:
 
     def first(
         self,
-        lane: System,
+        lane: Mechanics,
         path: Callable[[Array], tuple[Array, Array]],
         length: float,
         sides: Array,
@@ -112,7 +111,7 @@ class EventLocator:
 
     @staticmethod
     def after(
-        lane: System, passage: StepEvents, time: float, state: Array
+        lane: Mechanics, passage: StepEvents, time: float, state: Array
     ) -> tuple[Array, Array, Array]:
         """The state (s,) right after the events of a passage, its event functions, and their sides.
 
@@ -162,15 +161,6 @@ class _Settings:
     #: Longest step, s. What the hand does for a shorter time cannot be overlooked.
     longest: float = 0.01
     max_steps: int = 1_000_000  # steps one lane may take, rejected ones included
-
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if not 0 < value < float("inf"):
-                raise InputError(
-                    f"{type(self).__name__}.{field.name} must be finite and above zero, "
-                    f"not {value}."
-                )
 
 
 @dataclass(frozen=True)
@@ -262,7 +252,7 @@ _WINDOW = 256
 
 
 def integrating_with_scipy(
-    system: System, solver: Explicit | Lsoda | Radau, course: Course
+    system: Mechanics, solver: Explicit | Lsoda | Radau, course: Course
 ) -> Iterator[Progress]:
     """Integrate with scipy, a lane after the other.
 
@@ -281,7 +271,7 @@ class _Walk:
     """One lane on its way through time."""
 
     def __init__(
-        self, system: System, lane: int, course: Course, solver: Explicit | Lsoda | Radau
+        self, system: Mechanics, lane: int, course: Course, solver: Explicit | Lsoda | Radau
     ) -> None:
         self.system = system
         self.lane = lane
@@ -473,40 +463,44 @@ _LOOKS = np.array([0.25, 0.5, 0.75, 1.0])
 _NEAR = 0.01
 
 
-class Batch(ABC):
+def repeated(system: Mechanics, times: int) -> Mechanics:
+    """A system that takes `times` columns for each lane: all lanes, then all lanes again, ..."""
+    if system.lanes == 1:
+        return system  # takes any number of columns
+    return system.subset(np.tile(np.arange(system.lanes), times))
+
+
+#: How far a state is moved for a derivative, as a share of itself or, where that is more, of its
+#: scale: half of the digits are left to the difference.
+_NUDGE = float(np.sqrt(np.finfo(float).eps))
+
+
+class RosenbrockBatch:
     """The lanes that are not finished yet, with the records of one window of rounds.
 
-    A method with one step behind it (Runge-Kutta, Rosenbrock) says how it tries a step, and
-    inherits everything else.
+    Every step solves linear equations, by RODAS4P2. With J the rates' derivative by the states, f_t
+    that by time, and h the step, stage i is
 
-    `DENSE` (p, stages): within the step, the state grows by the sum over k = 1..p of ``share**k``
-    times (row k - 1 of this) @ stages, times whatever the method multiplies its stages with;
-    `EXPONENT`, `MEMORY`: A step's error, and that of the step before, to these powers choose the
-    next step; `LANEWISE`: names of the arrays that go with the lanes, their last axis.
+        (1 / (gamma h) - J) u_i = f(t + c_i h, y + sum a_ij u_j) + sum c_ij u_j / h + d_i h f_t
+
+    with the coefficients of RODAS4P2. A spring that is stiff against its mass limits the
+    accuracy of a step only as far as it moves; it does not limit its length. All differences that
+    make up J and f_t, of all lanes, are taken in one call of the system.
     """
 
-    DENSE: ClassVar[Array]
-    EXPONENT: ClassVar[float]
-    MEMORY: ClassVar[float]
-    LANEWISE: ClassVar[tuple[str, ...]] = (
-        "lanes",
-        "time",
-        "step",
-        "memory",
-        "eager",
-        "state",
-        "values",
-        "sides",
-    )
+    #: A step's error, and that of the step before, to these powers choose the next step.
+    EXPONENT, MEMORY = 0.18, 0.08
+    #: Names of the arrays that go with the lanes, their last axis.
+    LANEWISE = ("lanes", "time", "step", "memory", "eager", "state", "values", "sides", "heading")
 
-    def __init__(self, system: System, solver: Rosenbrock, course: Course) -> None:
+    def __init__(self, system: Mechanics, solver: Rosenbrock, course: Course) -> None:
         self.solver = solver
         self.course = course
         self.watch = EventLocator(system)
         self.end = float(course.times[-1])
         #: Below this a step cannot be told from rounding.
         self.floor = max(1e-13, 8 * np.finfo(float).eps * abs(self.end))
-        self.powers = np.arange(1, len(self.DENSE) + 1)
+        self.powers = np.arange(1, len(DENSE) + 1)
         self.powers_at_looks = _LOOKS[:, None] ** self.powers
         lanes = system.lanes
         self.lanes: NDArray[np.intp] = np.arange(lanes)
@@ -518,21 +512,13 @@ class Batch(ABC):
         # A copy: an event function may be a state.
         self.values = system.watched(self.time, self.state).copy()
         self.sides = np.sign(self.values)
+        #: Where each state went in the last step: a nudge that way meets no contact left behind.
+        self.heading = np.ones(self.state.shape)
+        self.positions, self.velocities = system.positions, system.velocities
+        #: All rows but the positions', and which of these are the velocities.
+        self.inner = np.setdiff1d(np.arange(len(system.names)), system.positions)
+        self.carried = np.searchsorted(self.inner, system.velocities)
         self._arrange(system)
-
-    @abstractmethod
-    def _try(self, length: Array, growth: Array) -> tuple[Array, Array]:
-        """Try a step of `length` (b,) in every lane.
-
-        Returns the times after it and each state's error (s, b). Fills the trial state, and
-        `growth` (p, s, b) with the coefficients of the powers of the share of the step.
-        """
-
-    def _accept(self, good: NDArray[np.bool_]) -> None:  # noqa: B027 (optional)
-        """The steps of these lanes are about to be taken: `state` is still that before them."""
-
-    def _restart(self, lane: int, alone: System) -> None:  # noqa: B027 (optional)
-        """A lane, `alone` as a system of its own, starts afresh from its time and state."""
 
     def run(self) -> Iterator[Progress]:
         while self.lanes.size:
@@ -540,19 +526,23 @@ class Batch(ABC):
             yield self.course.progress()
             self._drop_finished()
 
-    def _arrange(self, system: System) -> None:
+    def _arrange(self, system: Mechanics) -> None:
         """Make room for the lanes of `system`."""
-        shape = self.state.shape
+        shape = count, lanes = self.state.shape
         self.system = system
         self.looking = repeated(system, len(_LOOKS))
-        self.alone: dict[int, System] = {}
+        self.alone: dict[int, Mechanics] = {}
         self.trial = np.empty(shape)
         self.undecided = bool((self.sides == 0).any())
-        self.growth = np.empty((_ROUNDS, len(self.DENSE), *shape))
+        self.growth = np.empty((_ROUNDS, len(DENSE), *shape))
         self.before = np.empty((_ROUNDS, *shape))
-        self.starts = np.empty((_ROUNDS, shape[1]))
-        self.lengths = np.empty((_ROUNDS, shape[1]))
-        self.ended = np.empty((_ROUNDS, shape[1]))
+        self.starts = np.empty((_ROUNDS, lanes))
+        self.lengths = np.empty((_ROUNDS, lanes))
+        self.ended = np.empty((_ROUNDS, lanes))
+        self.stages = np.empty((len(NODES), count, lanes))
+        self.flat = self.stages.reshape(len(NODES), -1)
+        self.varied = repeated(system, count + 2)
+        self.back = np.empty((lanes, count, count))
         self._weigh()
 
     def _weigh(self) -> None:
@@ -593,12 +583,79 @@ class Batch(ABC):
         self.starts[slot] = self.time
         self.lengths[slot] = length
         self.ended[slot] = np.where(good, after, -np.inf)
-        self._accept(good)
+        np.copyto(self.heading, self.trial - self.state, where=good)
         np.copyto(self.state, self.trial, where=good)
         np.copyto(self.time, after, where=good)
         for lane, passage in passages.items():
             self._happen(lane, passage, slot)
         return True
+
+    def _try(self, length: Array, growth: Array) -> tuple[Array, Array]:
+        """Try a step of `length` (b,) in every lane.
+
+        Returns the times after it and each state's error (s, b). Fills the trial state, and
+        `growth` (p, s, b) with the coefficients of the powers of the share of the step.
+        """
+        length = np.where(length > 0, length, 1.0)
+        self._linearise()
+        self._invert(GAMMA * length)
+        trial, flat, state, rates = self.trial, self.flat, self.state, self.system.rates
+        row, times = trial.reshape(-1), self.time + np.multiply.outer(NODES, length)
+        drift, pace = self.drift * length, 1 / length
+        right = self.first + SLOPES[0] * drift
+        for stage in range(len(NODES)):
+            if stage:
+                np.dot(STAGES[stage], flat[:stage], out=row)
+                np.add(trial, state, out=trial)
+                right = rates(times[stage], trial)
+                right += np.dot(COUPLING[stage], flat[:stage]).reshape(trial.shape) * pace
+                if SLOPES[stage]:
+                    right += SLOPES[stage] * drift
+            np.einsum("bij,jb->ib", self.back, right, out=self.stages[stage])
+        error = self.stages[-1]
+        np.add(trial, error, out=trial)
+        np.dot(DENSE, flat, out=growth.reshape(len(growth), -1))
+        after: Array = times[-1]
+        return after, error
+
+    def _linearise(self) -> None:
+        """The rates where the lanes are, and their derivatives by time and state."""
+        count, lanes = self.state.shape
+        nudges = _NUDGE * np.maximum(np.abs(self.state), self.system.scales)
+        np.copysign(nudges, self.heading, out=nudges)
+        # As they are, then a little later, then with one state after the other nudged.
+        times = np.tile(self.time, (count + 2, 1))
+        times[1] += _NUDGE * np.maximum(np.abs(self.time), 1.0)
+        states = np.repeat(self.state[:, None], count + 2, axis=1)
+        each = np.arange(count)
+        states[each, each + 2] += nudges
+        nudges = states[each, each + 2] - self.state  # as far as they went after rounding
+        rates = self.varied.rates(times.ravel(), states.reshape(count, -1))
+        rates = rates.reshape(count, count + 2, lanes)
+        self.first = rates[:, 0]
+        self.drift = (rates[:, 1] - self.first) / (times[1] - times[0])
+        change = (rates[self.inner, 2:] - self.first[self.inner, None]) / nudges
+        self.slope = np.ascontiguousarray(change.transpose(2, 0, 1))
+
+    def _invert(self, reach: Array) -> None:
+        """The inverse of ``1 / reach - J``, reach being gamma h.
+
+        A position's rate is a velocity: ``u_q = reach (right_q + u_v)`` is put into the other
+        equations, which are about half of all.
+        """
+        count, share = len(self.inner), reach[:, None, None]
+        carry = self.slope[:, :, self.positions] * share
+        matrix = -self.slope[:, :, self.inner]
+        matrix[:, :, self.carried] -= carry
+        diagonal = np.arange(count)
+        matrix[:, diagonal, diagonal] += 1 / share[:, 0]
+        right = np.zeros((len(reach), count, len(self.state)))
+        right[:, diagonal, self.inner] = 1.0
+        right[:, :, self.positions] = carry
+        back = self.back
+        back[:, self.inner] = _inverse(matrix) @ right
+        back[:, self.positions] = back[:, self.velocities] * share
+        back[:, self.positions, self.positions] += share[:, 0]
 
     def _choose_steps(self, error: Array, good: NDArray[np.bool_]) -> None:
         """The length of each lane's next step; an error that is not a number shrinks it most.
@@ -686,9 +743,8 @@ class Batch(ABC):
         after = self.watch.after(alone, passage, time, state)
         self.state[:, lane], self.values[:, lane], self.sides[:, lane] = after
         self.ended[slot, lane] = self.time[lane] = time
-        self._restart(lane, alone)
 
-    def _alone(self, lane: int) -> System:
+    def _alone(self, lane: int) -> Mechanics:
         """A lane as a system of its own, made once."""
         if lane not in self.alone:
             self.alone[lane] = self.system.lane(lane)
@@ -737,119 +793,6 @@ class Batch(ABC):
         )
 
 
-def repeated(system: System, times: int) -> System:
-    """A system that takes `times` columns for each lane: all lanes, then all lanes again, ..."""
-    if system.lanes == 1:
-        return system  # takes any number of columns
-    return system.subset(np.tile(np.arange(system.lanes), times))
-
-
-#: How far a state is moved for a derivative, as a share of itself or, where that is more, of its
-#: scale: half of the digits are left to the difference.
-_NUDGE = float(np.sqrt(np.finfo(float).eps))
-
-
-class RosenbrockBatch(Batch):
-    """Lanes whose every step solves linear equations, by RODAS4P2.
-
-    With J the rates' derivative by the states, f_t that by time, and h the step, stage i is
-
-        (1 / (gamma h) - J) u_i = f(t + c_i h, y + sum a_ij u_j) + sum c_ij u_j / h + d_i h f_t
-
-    with the coefficients of RODAS4P2. A spring that is stiff against its mass limits the
-    accuracy of a step only as far as it moves; it does not limit its length. All differences that
-    make up J and f_t, of all lanes, are taken in one call of the system.
-    """
-
-    DENSE = DENSE
-    EXPONENT, MEMORY = 0.18, 0.08
-    LANEWISE = (*Batch.LANEWISE, "heading")
-
-    def __init__(self, system: System, solver: Rosenbrock, course: Course) -> None:
-        #: Where each state went in the last step: a nudge that way meets no contact left behind.
-        self.heading = np.ones(course.states[0].shape)
-        self.positions, self.velocities = system.positions, system.velocities
-        #: All rows but the positions', and which of these are the velocities.
-        self.inner = np.setdiff1d(np.arange(len(system.names)), system.positions)
-        self.carried = np.searchsorted(self.inner, system.velocities)
-        super().__init__(system, solver, course)
-
-    def _arrange(self, system: System) -> None:
-        """Make room for the lanes of `system`."""
-        super()._arrange(system)
-        count, lanes = self.state.shape
-        self.stages = np.empty((len(NODES), count, lanes))
-        self.flat = self.stages.reshape(len(NODES), -1)
-        self.varied = repeated(system, count + 2)
-        self.back = np.empty((lanes, count, count))
-
-    def _try(self, length: Array, growth: Array) -> tuple[Array, Array]:
-        """Try a step in every lane; see `Batch`."""
-        length = np.where(length > 0, length, 1.0)
-        self._linearise()
-        self._invert(GAMMA * length)
-        trial, flat, state, rates = self.trial, self.flat, self.state, self.system.rates
-        row, times = trial.reshape(-1), self.time + np.multiply.outer(NODES, length)
-        drift, pace = self.drift * length, 1 / length
-        right = self.first + SLOPES[0] * drift
-        for stage in range(len(NODES)):
-            if stage:
-                np.dot(STAGES[stage], flat[:stage], out=row)
-                np.add(trial, state, out=trial)
-                right = rates(times[stage], trial)
-                right += np.dot(COUPLING[stage], flat[:stage]).reshape(trial.shape) * pace
-                if SLOPES[stage]:
-                    right += SLOPES[stage] * drift
-            np.einsum("bij,jb->ib", self.back, right, out=self.stages[stage])
-        error = self.stages[-1]
-        np.add(trial, error, out=trial)
-        np.dot(DENSE, flat, out=growth.reshape(len(growth), -1))
-        after: Array = times[-1]
-        return after, error
-
-    def _linearise(self) -> None:
-        """The rates where the lanes are, and their derivatives by time and state."""
-        count, lanes = self.state.shape
-        nudges = _NUDGE * np.maximum(np.abs(self.state), self.system.scales)
-        np.copysign(nudges, self.heading, out=nudges)
-        # As they are, then a little later, then with one state after the other nudged.
-        times = np.tile(self.time, (count + 2, 1))
-        times[1] += _NUDGE * np.maximum(np.abs(self.time), 1.0)
-        states = np.repeat(self.state[:, None], count + 2, axis=1)
-        each = np.arange(count)
-        states[each, each + 2] += nudges
-        nudges = states[each, each + 2] - self.state  # as far as they went after rounding
-        rates = self.varied.rates(times.ravel(), states.reshape(count, -1))
-        rates = rates.reshape(count, count + 2, lanes)
-        self.first = rates[:, 0]
-        self.drift = (rates[:, 1] - self.first) / (times[1] - times[0])
-        change = (rates[self.inner, 2:] - self.first[self.inner, None]) / nudges
-        self.slope = np.ascontiguousarray(change.transpose(2, 0, 1))
-
-    def _invert(self, reach: Array) -> None:
-        """The inverse of ``1 / reach - J``, reach being gamma h.
-
-        A position's rate is a velocity: ``u_q = reach (right_q + u_v)`` is put into the other
-        equations, which are about half of all.
-        """
-        count, share = len(self.inner), reach[:, None, None]
-        carry = self.slope[:, :, self.positions] * share
-        matrix = -self.slope[:, :, self.inner]
-        matrix[:, :, self.carried] -= carry
-        diagonal = np.arange(count)
-        matrix[:, diagonal, diagonal] += 1 / share[:, 0]
-        right = np.zeros((len(reach), count, len(self.state)))
-        right[:, diagonal, self.inner] = 1.0
-        right[:, :, self.positions] = carry
-        back = self.back
-        back[:, self.inner] = _inverse(matrix) @ right
-        back[:, self.positions] = back[:, self.velocities] * share
-        back[:, self.positions, self.positions] += share[:, 0]
-
-    def _accept(self, good: NDArray[np.bool_]) -> None:
-        np.copyto(self.heading, self.trial - self.state, where=good)
-
-
 def _inverse(matrices: Array) -> Array:
     """Inverses (b, n, n); not numbers where a matrix has none, so that the step is rejected."""
     try:
@@ -859,7 +802,7 @@ def _inverse(matrices: Array) -> Array:
         return np.asarray(np.linalg.inv(matrices), np.float64)
 
 
-def integrate(system: System, start: Array, times: Array, solver: Solver) -> Solution:
+def integrate(system: Mechanics, start: Array, times: Array, solver: Solver) -> Solution:
     """Follow the motion of every lane and locate its events.
 
     `start` (s, b): states at the first sample time; `times` (n,): sample times, evenly spaced, s.
@@ -868,21 +811,9 @@ def integrate(system: System, start: Array, times: Array, solver: Solver) -> Sol
 
 
 def integrating(
-    system: System, start: Array, times: Array, solver: Solver
+    system: Mechanics, start: Array, times: Array, solver: Solver
 ) -> Generator[Progress, None, Solution]:
     """As :func:`integrate`, as a job whose progress counts the samples of all lanes."""
-    expected = (len(system.names), system.lanes)
-    if start.shape != expected or not np.isfinite(start).all():
-        raise InputError(
-            f"The start of a motion must be finite numbers of shape {expected}, "
-            f"not of shape {start.shape}."
-            if start.shape != expected
-            else f"The start of demonstration {np.argwhere(~np.isfinite(start))[0, 1] + 1} "
-            "is not finite; look at the scene's numbers."
-        )
-    gaps = np.diff(times)
-    if len(times) < 2 or not gaps.min() > 0 or gaps.max() - gaps.min() > 1e-6 * gaps.mean():
-        raise InputError("The sample times of a motion must be two or more, evenly spaced.")
     course = Course(start, times)
     if isinstance(solver, Rosenbrock):
         yield from RosenbrockBatch(system, solver, course).run()

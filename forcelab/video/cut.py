@@ -21,8 +21,6 @@ _TRIES = 8
 
 @dataclass(frozen=True, slots=True)
 class VideoCut:
-    """What was cut out of a video."""
-
     first: float  #: what the video it was cut from calls the time of the first frame, s
     times: NDArray[np.float64]  #: of the frames in the stretch, by the same clock, s, increasing
 

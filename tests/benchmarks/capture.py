@@ -26,7 +26,7 @@ from forcelab.jobs import Progress
 from forcelab.measure.rows import Row, Table, with_front
 from forcelab.project import Project
 from forcelab.video.codecs import opencv
-from tests.capture.virtual_devices import Faults, FaultyOptoForce, VirtualCamera
+from tests.capture.virtual_devices import FaultyOptoForce, VirtualCamera
 
 Real = NDArray[np.float64]
 
@@ -54,15 +54,13 @@ def tabulate(*, quick: bool = False) -> Generator[Progress, None, Table]:
     )
 
 
-def recording(seconds: float, faults: Faults | None = None) -> Generator[Progress, None, Row]:
+def recording(seconds: float) -> Generator[Progress, None, Row]:
     """Record for so many seconds and hold what was kept against the truth.
 
     The error is how far stamps are off when their samples were taken, at p99 over both DAQs, the
     time that of this process without the virtual DAQs' threads. Beside them: samples that are
     missing, frames that are, by how much the resident memory grew once what is kept for views is
     full, and by how much the stamps' error changed from the beginning to the end.
-
-    `faults`: what goes wrong at the first DAQ.
     """
     if not (hasattr(time, "pthread_getcpuclockid") and Path("/proc/self/statm").exists()):
         raise InputError("What recording costs is told by Linux alone; measure it there.")
@@ -76,8 +74,6 @@ def recording(seconds: float, faults: Faults | None = None) -> Generator[Progres
         ]
         for daq in daqs:
             stack.enter_context(daq)
-        if faults is not None:
-            daqs[0].faults = faults
         others = [thread for thread in threading.enumerate() if thread not in before]
         opencv()  # to load it stops every thread, as no recording does: who opens a camera has it
         devices = [parse_device(f"optoforce:{daq.port}") for daq in daqs]

@@ -171,7 +171,6 @@ def _accuracy(
 
 
 def _row(name: str, courses: dict[str, _Course], size: str, against: str) -> Row:
-    """The row of one order."""
     course = courses[name]
     errors = np.array(course.errors)
     gains = np.array(courses[RANDOM].errors).mean(axis=1) - errors.mean(axis=1)

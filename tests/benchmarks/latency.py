@@ -6,17 +6,12 @@ is not the mean but the slow ones.
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
-
-from forcelab.errors import InputError
-from forcelab.measure.timing import machine
-from forcelab.resources import versions
 
 Statistic = Literal["median", "p95", "p99", "worst"]
 
@@ -50,16 +45,6 @@ class Latency:
     #: empty for none.
     alternative: str = ""
     refusal: str = ""  # why there are no samples; empty where there are
-
-    def __post_init__(self) -> None:
-        samples = tuple(float(sample) for sample in self.samples)
-        object.__setattr__(self, "samples", samples)
-        sound = all(math.isfinite(sample) and sample >= 0 for sample in samples)
-        if not sound or bool(samples) == bool(self.refusal):
-            raise InputError(
-                f"'{self.name}, {self.setting}' needs samples, finite and not negative, or a "
-                f"refusal; it has {len(samples)} and '{self.refusal}'."
-            )
 
     def at(self, statistic: Statistic) -> float:
         """A quantile of the samples in seconds, between two samples where it lies there."""
@@ -99,10 +84,6 @@ class Latencies:
     remarks: tuple[str, ...] = ()  # sentences that belong below the table
     levels: tuple[Level, ...] = ()  # what was measured besides
 
-    def __post_init__(self) -> None:
-        if not self.rows:
-            raise InputError(f"'{self.title}' has no row; measure at least one thing.")
-
     def level_cells(self) -> list[list[str]]:
         """Header and levels as text."""
         header = ["what", "on", "amount", "bound", "kept"]
@@ -135,21 +116,7 @@ class Latencies:
         header = ["what", "on", "times", *QUANTILES, "wrong", "bound", "kept", "alternative takes"]
         return [header, *(self._cells(row) for row in self.rows)]
 
-    def to_json(self) -> dict[str, Any]:
-        """All rows, the machine and the versions as plain values; times in seconds."""
-        return {
-            "title": self.title,
-            "unit": "s",
-            "machine": machine(),
-            "load": list(self.loads),
-            "versions": versions(),
-            "remarks": list(self.remarks),
-            "rows": [self._plain(row) for row in self.rows],
-            "levels": [asdict(level) | {"kept": level.holds} for level in self.levels],
-        }
-
     def _cells(self, row: Latency) -> list[str]:
-        """A row as text."""
         if row.refusal:
             return [row.name, row.setting, "refused", *("" for _ in range(8))]
         holds_text = {True: "yes", False: "NO", None: ""}[row.holds]
@@ -163,21 +130,6 @@ class Latencies:
             holds_text,
             _times(self.ratio(row), row.alternative),
         ]
-
-    def _plain(self, row: Latency) -> dict[str, Any]:
-        """A row as plain values."""
-        plain: dict[str, Any] = {"name": row.name, "setting": row.setting}
-        if row.refusal:
-            return {**plain, "refusal": row.refusal}
-        plain |= {statistic: row.at(statistic) for statistic in QUANTILES}
-        if row.wrong is not None:
-            plain["wrong"] = row.wrong
-        if row.bound is not None:
-            plain["bound"] = {"statistic": row.bound.statistic, "seconds": row.bound.seconds}
-            plain["kept"] = row.holds
-        if row.alternative:
-            plain["alternative"] = {"name": row.alternative, "ratio": self.ratio(row)}
-        return {**plain, "samples": list(row.samples)}
 
 
 def load() -> float:

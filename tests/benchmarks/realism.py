@@ -30,7 +30,6 @@ from forcelab.recognition.cross_validation import leave_one_out_job
 from forcelab.recognition.dataset import load_dataset
 from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.presets import preset
-from forcelab.recognition.settings import Settings
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import on_grid
 from forcelab.simulation.coder_model import CODERS
@@ -123,8 +122,6 @@ def remove_baseline(item: LabelledDemonstration) -> BaselineRemoved:
         raise InputError(
             f"'{title}' has no 3-axis force sensor, such as channels fx1, fy1 and fz1."
         )
-    if not item.segments:
-        raise InputError(f"'{title}' has no labels; label it first.")
     columns = [channels.recorded[column] for sensor in sensors for column in sensor]
     grid = on_grid(item.demonstration, columns=columns)
     resting = within(grid.times, [(s.start, s.end) for s in item.segments if s.action == REST])
@@ -166,11 +163,7 @@ def figures(labelled: Sequence[LabelledDemonstration], actions: Sequence[str]) -
     `labelled`: of one task and one kind of device, each with at least one segment; `actions`: those
     to give figures of, in this order.
     """
-    if not labelled:
-        raise InputError("There is no demonstration to compute figures of; name at least one.")
     recordings = [remove_baseline(item) for item in labelled]
-    if len({recording.axes.shape[1] for recording in recordings}) > 1:
-        raise InputError("The demonstrations have different numbers of sensors; keep them apart.")
     shears = np.median([recording.tangential.mean(axis=0) for recording in recordings], axis=0)
     ranks = np.argsort(-shears, kind="stable")
     return (
@@ -382,20 +375,17 @@ def realism(
 def recognition(
     simulated: Sequence[LabelledDemonstration],
     real: Sequence[LabelledDemonstration],
-    settings: Settings | None = None,
     jobs: int = 1,
 ) -> Generator[Progress, None, tuple[Comparison, ...]]:
     """Compare how well a recogniser does on each side, leaving one demonstration out.
 
-    A simulation that is recognised much better than the real recordings is a toy.
-
-    `settings`: by default the preset ``paper``, trained on every tenth sample, which scores the
-    same; `jobs`: processes that share the folds.
+    A simulation that is recognised much better than the real recordings is a toy. The recogniser
+    is trained on every tenth sample, which scores the same.
     """
-    chosen = settings or preset("paper").replace(stride=10)
+    settings = preset("paper").replace(stride=10)
     scores = []
     for side in (simulated, real):
-        evaluation = yield from leave_one_out_job(side, chosen, jobs=jobs)
+        evaluation = yield from leave_one_out_job(side, settings, jobs=jobs)
         scores.append(
             {
                 f"{which}: {measure.replace('_', ' ')}": getattr(
@@ -435,6 +425,8 @@ def cells(rows: Sequence[Comparison]) -> list[list[str]]:
 LEAD = 0.08
 #: Leaving one demonstration out leaves something to learn from.
 FEWEST = 2
+#: How many demonstrations of each task are simulated.
+SIMULATED = 10
 #: How the recordings published with the paper spell the actions.
 PUBLISHED = MergeMap(
     {
@@ -462,27 +454,18 @@ class Beside:
 
 
 def comparing(
-    path: Path, author: str | None = None, count: int = 10, seed: int = 1, jobs: int = 1
+    path: Path, author: str | None = None, jobs: int = 1
 ) -> Generator[Progress, None, tuple[Beside, ...]]:
     """Simulate the tasks of a project of real recordings, and compare.
 
     `path`: A project with two labelled demonstrations or more of each task that is labelled and can
     be simulated; there is at least one such task; `author`: whose labels; may be left out where
-    there is one coder; `count`, `seed`: how many demonstrations of each task are simulated, at
-    least 2, and from what. The first of the simulated coders labels them; `jobs`: processes that
-    share the work. Gives one for each task, the recognition by preset ``paper`` included.
+    there is one coder. The first of the simulated coders labels the simulated ones. Gives one for
+    each task, the recognition by preset ``paper`` included.
     """
-    if count < FEWEST:
-        raise InputError(
-            f"A comparison needs {FEWEST} simulated demonstrations or more, not {count}: each is "
-            f"recognised from the others."
-        )
-    # Whatever can be refused is refused before the first is simulated, which takes its time.
-    origins_by_task = {task: origins(task, count, seed) for task in TASKS}
-    recorded = _recorded(path, author)
     result = []
-    for task, real in recorded.items():
-        simulated = yield from simulated_beside(origins_by_task[task], jobs)
+    for task, real in _recorded(path, author).items():
+        simulated = yield from simulated_beside(origins(task, SIMULATED, seed=1), jobs)
         rows = realism(simulated, real)
         rows += yield from recognition(simulated, real, jobs=jobs)
         result.append(Beside(task, len(simulated), len(real), rows))

@@ -467,28 +467,24 @@ def measuring_peers(
     labelled: Sequence[LabelledDemonstration],
     size: str,
     folds: int | None,
-    peers: Sequence[Peer] | None = None,
 ) -> Generator[Progress, None, tuple[Row, ...]]:
     """Measure other people's recognisers as `measure_variants` does ours: two rows a peer.
 
     One row with a refusal for each peer that is not installed.
     """
-    chosen_peers = PEERS if peers is None else tuple(peers)
     used = require_labelled(labelled)
     parts = fold_groups([item.demonstration for item in used], folds)
     against = reference_text(len(used), len(parts))
     rows: list[Row] = []
-    for number, peer in enumerate(chosen_peers):
-        yield Progress(number * len(parts), len(chosen_peers) * len(parts), peer.name)
+    for number, peer in enumerate(PEERS):
+        yield Progress(number * len(parts), len(PEERS) * len(parts), peer.name)
         try:
             peer.check()
             prepared = _prepare(peer, used)
             spent = {way: Spent() for way in WAYS}
             for i, part in enumerate(parts):
                 _fold(peer, prepared, part, spent)
-                yield Progress(
-                    number * len(parts) + i + 1, len(chosen_peers) * len(parts), peer.name
-                )
+                yield Progress(number * len(parts) + i + 1, len(PEERS) * len(parts), peer.name)
         except (InputError, ImportError) as error:
             why = error if isinstance(error, InputError) else f"{peer.name}: {error}."
             rows.append(Row(peer.name, "as it comes", size, against, refusal=str(why)))

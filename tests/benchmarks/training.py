@@ -60,28 +60,25 @@ class Amount:
     seconds: float = 30.0  # how long the window pans
     cancels: int = 20  # of each classifier
     trainings: int = 10  # after which memory, threads and processes are looked at
-    size: tuple[int, int] = SIZE  # of the window, in pixels
 
 
 FULL = Amount()
 QUICK = Amount(seconds=10.0, cancels=4, trainings=3)
 
 
-def tabulate(
-    *, quick: bool = False, amount: Amount | None = None
-) -> Generator[Progress, None, Latencies]:
+def tabulate(*, quick: bool = False) -> Generator[Progress, None, Latencies]:
     """Measure everything: some minutes."""
-    chosen = amount or (QUICK if quick else FULL)
+    chosen = QUICK if quick else FULL
     before = load()
     with stage() as folder:
         yield Progress(0, 4, "making the recordings")
         path = _make_project(folder, chosen.samples)
-        with shown(path, chosen.size) as window:
+        with shown(path, SIZE) as window:
             bench = _Bench(window, path, chosen)
             rows = list((yield from bench.panning()))
             rows += yield from bench.cancelling()
             levels = yield from bench.remaining()
-    width, height = chosen.size
+    width, height = SIZE
     return Latencies(
         f"The window, {width} x {height} pixels, while it trains on 2 x {chosen.samples:,} samples "
         f"of 96 features; times in ms",

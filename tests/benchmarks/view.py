@@ -30,7 +30,6 @@ from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractItemView, QApplication, QVBoxLayout, QWidget
 
-from forcelab.capture.emulator import VirtualOptoForce
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.gui import theme
@@ -54,7 +53,10 @@ from forcelab.recognition.training import train
 from forcelab.runtime import collect_garbage, collect_garbage_rarely, switch_threads_often
 from forcelab.video.codecs import opencv
 from tests.benchmarks.latency import Bound, Latencies, Latency, load, refused
-from tests.capture.virtual_devices import table_source
+from tests.capture.virtual_devices import VirtualOptoForce, table_source
+
+#: What measures something.
+Measured = Generator[Progress, None, tuple[Latency, ...]]
 
 #: The coder of all measurements, and the size of the window in pixels.
 AUTHOR = "Measured"
@@ -66,6 +68,37 @@ PAINT_PATIENCE = 30.0
 TICK_MS = 5
 #: How long nothing may have changed before the window counts as settled, in seconds.
 STILL = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Amount:
+    """How much is measured."""
+
+    samples: tuple[int, ...] = (1_000_000, 10_000_000)  # lengths of the recordings that are panned
+    gestures: int = 10  # for each recording and range of spans, of eight frames each
+    frames: int = 1500  # of a video
+    moves: int = 500  # steps and jumps in it
+    segments: int = 10_000  # of the track that is painted on
+    strokes: int = 100  # painted at each zoom
+    starts: int = 9  # of the program
+    openings: int = 10  # of each project
+    demonstrations: int = 1000  # in the project that has many
+    scalograms: int = 5  # of each span of the longest recording, in each way
+    live: int = 600  # frames of the Capture workspace, with each of what it can show
+
+
+FULL = Amount()
+QUICK = Amount(
+    samples=(1_000_000,),
+    gestures=4,
+    frames=600,
+    moves=60,
+    strokes=20,
+    starts=5,
+    openings=5,
+    scalograms=3,
+    live=150,
+)
 
 
 @contextmanager
@@ -225,10 +258,6 @@ class Lateness:
 RATE = 1000.0
 CHANNELS = tuple(Channel(f"f{axis}{sensor}", "N") for sensor in (1, 2) for axis in "xyz")
 ACTIONS = ("grab", "hold", "pull", "release", "still")
-#: Bytes of one sample of all channels and its stamp, and how many times they are there at once
-#: while a project is made: in memory, and in its file.
-SAMPLE = 8 * (len(CHANNELS) + 1)
-HEADROOM = 3
 
 
 def recording(
@@ -247,18 +276,6 @@ def recording(
             signals[:, column] += np.sin(2 * np.pi * (times / period + random.random()))
     times.flags.writeable = signals.flags.writeable = False
     return Demonstration(name, "measured", times, signals, CHANNELS, videos=videos)
-
-
-def refusal(folder: Path, count: int) -> str:
-    """Why a recording of so many samples cannot be made here; empty if it can."""
-    import psutil
-
-    needed = HEADROOM * SAMPLE * count
-    free = shutil.disk_usage(folder).free, psutil.virtual_memory().available
-    for what, room in zip(("free on the disk", "of free memory"), free, strict=True):
-        if room < needed:
-            return f"{count:.0e} samples need {needed / 1e9:.1f} GB {what}; {room / 1e9:.1f} are."
-    return ""
 
 
 def long(folder: Path, count: int) -> Path:
@@ -391,21 +408,13 @@ def zooms(seconds: float) -> list[Zoom]:
     return [Zoom("all visible", 0.9 * seconds, seconds), *decades]
 
 
-def measuring_panning(
-    folder: Path, count: int, *, gestures: int, size: tuple[int, int]
-) -> Generator[Progress, None, tuple[Latency, ...]]:
-    """Pan and zoom a recording of six channels; see :mod:`tests.benchmarks`.
-
-    `folder`: where the recording is made, and deleted again; `gestures`: for each range of spans;
-    each has eight frames; `size`: of the window, in pixels.
-    """
+def measuring_panning(folder: Path, count: int, gestures: int) -> Measured:
+    """Pan and zoom a recording of six channels, so many gestures for each range of spans."""
     setting = f"6 x {_power(count)}"
-    if sentence := refusal(folder, count):
-        return refused([PAN, LOOP, PLAIN_PLOTS], setting, sentence)
     yield Progress(0, 1, f"{setting} samples: making the recording")
     path = long(folder, count)
     rows: list[Latency] = []
-    with shown(path, size) as window:
+    with shown(path) as window:
         demonstration = window.document.demonstration
         assert demonstration is not None
         whole = (demonstration.start, demonstration.end)
@@ -472,15 +481,15 @@ def _power(count: int) -> str:
 OPENING = "open a project"
 
 
-def measuring_opening(
-    projects: dict[str, Path], *, times: int, size: tuple[int, int]
-) -> Generator[Progress, None, tuple[Latency, ...]]:
-    """Open projects in a window that is there already; see :mod:`tests.benchmarks`.
-
-    `projects`: what is opened, by what there is much of in it; `size`: of the window, in pixels.
-    """
-    rows = []
-    with shown(size=size) as window:
+def measuring_opening(folder: Path, dense: Path, amount: Amount) -> Measured:
+    """Open projects of much in a window that is there already."""
+    yield Progress(0, 1, f"making {amount.demonstrations} demonstrations")
+    projects = {
+        f"{amount.demonstrations} demonstrations": many(folder, amount.demonstrations),
+        f"{amount.segments} segments": dense,
+    }
+    rows, times = [], amount.openings
+    with shown() as window:
         shows = [
             window.demonstrations.view.viewport(),
             window.label.tracks.viewport(),
@@ -507,21 +516,16 @@ AFTERWARDS = 1.0
 LASTING = (0.2, 1.5)
 
 
-def measuring_strokes(
-    project: Path, *, segments: int, times: int, size: tuple[int, int]
-) -> Generator[Progress, None, tuple[Latency, ...]]:
-    """Paint by keys on a track of many segments; see :mod:`tests.benchmarks`.
-
-    `project`: its first demonstration has so many `segments`; `size`: of the window, in pixels.
-    """
-    rows = []
-    with shown(project, size) as window:
+def measuring_strokes(project: Path, amount: Amount) -> Measured:
+    """Paint by keys on the track of many segments of a project's first demonstration."""
+    rows, segments = [], amount.segments
+    with shown(project) as window:
         whole = window.document.view.bounds
         looks = {"all visible": whole[1] - whole[0], "10 s visible": 10.0}
         for i, (words, length) in enumerate(looks.items()):
             yield Progress(i, len(looks), f"{PAINTING}, {segments} segments, {words}")
             where = f"{segments} segments, {words}"
-            taken, late = _strokes(window, length, times)
+            taken, late = _strokes(window, length, amount.strokes)
             rows.append(Latency(PAINTING, where, taken, PAINT))
             rows.append(Latency(AFTER, where, late, LATE_STROKE))
     return tuple(rows)
@@ -589,24 +593,17 @@ Taken = tuple[float, float]
 _Way = Callable[[Window], Taken]
 
 
-def measuring_scalograms(
-    folder: Path, count: int, *, times: int, size: tuple[int, int]
-) -> Generator[Progress, None, tuple[Latency, ...]]:
-    """Ask for scalograms of one of six channels; see :mod:`tests.benchmarks`.
+def measuring_scalograms(folder: Path, count: int, times: int) -> Measured:
+    """Ask for scalograms of one of six channels, so often for each span and way.
 
     What was never seen has a bound in the shortest span alone: the colours' range and the powers of
     longer ones take longer on two cores.
-
-    `folder`: where the recording is made, and deleted again; `times`: for each span and way;
-    `size`: of the window, in pixels.
     """
     setting = f"6 x {count:,} samples"
-    if sentence := refusal(folder, count):
-        return refused([FIRST, EXACT], setting, sentence)
     yield Progress(0, 1, f"{setting}: making the recording")
     path = long(folder, count)
     rows: list[Latency] = []
-    with shown(path, size) as window:
+    with shown(path) as window:
         spans = [*(span for span in SPANS if span < count), count]
         names = cycle(channel.name for channel in CHANNELS)
         ways: tuple[_Way, ...] = (partial(_never, names=names), _before)
@@ -787,14 +784,8 @@ PREPARED = "video: seek, to its picture in small"
 PLAIN = "cv2 by frame count: "
 
 
-def measuring_video(
-    folder: Path, film: Film, *, frames: int, times: int, size: tuple[int, int]
-) -> Generator[Progress, None, tuple[Latency, ...]]:
-    """Step and seek in one video; see :mod:`tests.benchmarks`.
-
-    `times`: steps forward, steps back, and jumps: so many of each; `size`: of the window, in
-    pixels.
-    """
+def measuring_video(folder: Path, film: Film, frames: int, times: int) -> Measured:
+    """Step forward, step back and seek in one video, so many times each."""
     if film.refusal:
         return refused([FORWARD, BACKWARD, JUMP], film.name, film.refusal)
     yield Progress(0, 6, f"{film.name}: making the video")
@@ -808,7 +799,7 @@ def measuring_video(
     random = np.random.default_rng(4)
     jumps = random.integers(0, frames, times).tolist()
     rows = []
-    with shown(project, size) as window, Painted(window.label.video.panels) as painted:
+    with shown(project) as window, Painted(window.label.video.panels) as painted:
         watch = _Watch(window, painted, stamps)
         for i, (name, bound, numbers) in enumerate(
             [
@@ -920,13 +911,10 @@ EMPTY, OPEN = Bound("median", 1.5), Bound("median", 2.5)
 START_PATIENCE = 120.0
 
 
-def measuring_start(
-    folder: Path, project: Path, *, times: int
-) -> Generator[Progress, None, tuple[Latency, ...]]:
-    """Start the program, with and without a project; see :mod:`tests.benchmarks`.
-
-    `folder`: where its settings are kept.
-    """
+def measuring_start(folder: Path, times: int) -> Measured:
+    """Start the program, with and without a project."""
+    yield Progress(0, 1, "making a project")
+    project = long(folder, 60_000)
     environment = {**os.environ, "FORCELAB_SETTINGS": str(folder / "started.ini")}
     # So that the start without a project is not the first one ever, which makes the sample project.
     Path(environment["FORCELAB_SETTINGS"]).write_text("[window]\nbegun=true\n", "utf-8")
@@ -997,13 +985,8 @@ class _Frames(QObject):
         return False
 
 
-def measuring_capture(
-    folder: Path, *, frames: int, size: tuple[int, int]
-) -> Generator[Progress, None, tuple[Latency, ...]]:
-    """Watch two virtual DAQs at 1 kHz, scalogram and recognition off and on.
-
-    `folder`: where project and recogniser are made; `size`: of the window in pixels.
-    """
+def measuring_capture(folder: Path, frames: int) -> Measured:
+    """Watch two virtual DAQs at 1 kHz, scalogram and recognition off and on."""
     yield Progress(0, 1, "training a recogniser")
     performances = [made_up_demonstration(SECONDS, CAPTURED_RATE, seed) for seed in (1, 2)]
     recogniser = folder / "measured.skops"
@@ -1018,7 +1001,7 @@ def measuring_capture(
         daqs = [VirtualOptoForce(table_source(counts[:, i : i + 3], CAPTURED_RATE)) for i in (0, 3)]
         for daq in daqs:
             stack.enter_context(daq)
-        window = stack.enter_context(shown(project, size))
+        window = stack.enter_context(shown(project))
         window.show_workspace("capture")
         page = window.capture.workspace
         for daq in daqs:
@@ -1062,41 +1045,6 @@ def _latencies_of_frames(
     )
 
 
-@dataclass(frozen=True, slots=True)
-class Amount:
-    """How much is measured."""
-
-    samples: tuple[int, ...] = (1_000_000, 10_000_000)  # lengths of the recordings that are panned
-    gestures: int = 10  # for each recording and range of spans, of eight frames each
-    films: tuple[Film, ...] = FILMS
-    #: frames and moves: Length of a video, and steps and jumps in it.
-    frames: int = 1500
-    moves: int = 500
-    #: segments and strokes: Of the track that is painted on, and how many are painted at each zoom.
-    segments: int = 10_000
-    strokes: int = 100
-    #: starts and openings: Of the program, and of each project.
-    starts: int = 9
-    openings: int = 10
-    demonstrations: int = 1000  # in the project that has many
-    scalograms: int = 5  # of each span of the longest recording, in each way
-    live: int = 600  # frames of the Capture workspace, with each of what it can show
-
-
-FULL = Amount()
-QUICK = Amount(
-    samples=(1_000_000,),
-    gestures=4,
-    frames=600,
-    moves=60,
-    strokes=20,
-    starts=5,
-    openings=5,
-    scalograms=3,
-    live=150,
-)
-
-
 def tabulate(*, quick: bool = False) -> Generator[Progress, None, Latencies]:
     """Measure everything: some minutes, and 2 GB of disk for a while.
 
@@ -1106,60 +1054,21 @@ def tabulate(*, quick: bool = False) -> Generator[Progress, None, Latencies]:
     before = load()
     rows: list[Latency] = []
     with stage() as folder:
-        for scene in _scenes(folder, amount):
-            rows += yield from scene()
+        yield Progress(0, 1, f"making a track of {amount.segments} segments")
+        dense = segmented(folder, amount.segments)
+        for job in (
+            measuring_start(folder, amount.starts),
+            measuring_strokes(dense, amount),
+            measuring_opening(folder, dense, amount),
+            measuring_capture(folder, amount.live),
+            *(measuring_video(folder, film, amount.frames, amount.moves) for film in FILMS),
+            *(measuring_panning(folder, count, amount.gestures) for count in amount.samples),
+            measuring_scalograms(folder, amount.samples[-1], amount.scalograms),
+        ):
+            rows += yield from job
     width, height = SIZE
     return Latencies(
         f"The window, {width} x {height} pixels, scalogram and lists shown; times in ms",
         tuple(rows),
         (before, load()),
     )
-
-
-def _scenes(
-    folder: Path, amount: Amount
-) -> list[Callable[[], Generator[Progress, None, tuple[Latency, ...]]]]:
-    """What is measured, in this order."""
-    dense: list[Path] = []
-
-    def start() -> Generator[Progress, None, tuple[Latency, ...]]:
-        yield Progress(0, 1, "making a project")
-        project = long(folder, 60_000)
-        return (yield from measuring_start(folder, project, times=amount.starts))
-
-    def strokes() -> Generator[Progress, None, tuple[Latency, ...]]:
-        yield Progress(0, 1, f"making a track of {amount.segments} segments")
-        dense.append(segmented(folder, amount.segments))
-        return (
-            yield from measuring_strokes(
-                dense[0], segments=amount.segments, times=amount.strokes, size=SIZE
-            )
-        )
-
-    def opening() -> Generator[Progress, None, tuple[Latency, ...]]:
-        yield Progress(0, 1, f"making {amount.demonstrations} demonstrations")
-        projects = {
-            f"{amount.demonstrations} demonstrations": many(folder, amount.demonstrations),
-            f"{amount.segments} segments": dense[0],
-        }
-        return (yield from measuring_opening(projects, times=amount.openings, size=SIZE))
-
-    def video(film: Film) -> Generator[Progress, None, tuple[Latency, ...]]:
-        return measuring_video(folder, film, frames=amount.frames, times=amount.moves, size=SIZE)
-
-    def panning(count: int) -> Generator[Progress, None, tuple[Latency, ...]]:
-        return measuring_panning(folder, count, gestures=amount.gestures, size=SIZE)
-
-    def scalograms() -> Generator[Progress, None, tuple[Latency, ...]]:
-        count, times = amount.samples[-1], amount.scalograms
-        return measuring_scalograms(folder, count, times=times, size=SIZE)
-
-    return [
-        start,
-        strokes,
-        opening,
-        partial(measuring_capture, folder, frames=amount.live, size=SIZE),
-        *(partial(video, film) for film in amount.films),
-        *(partial(panning, count) for count in amount.samples),
-        scalograms,
-    ]

@@ -115,10 +115,10 @@ def test_a_camera_that_falls_silent_is_said_once(monkeypatch):
 
 
 def test_a_recording_cut_off_has_its_video_when_it_is_recovered(project, tmp_path):
-    with Recorder(project, [FakeDevice()], [("camera 0", FakeCamera())]) as recorder:
+    with Recorder(project, [FakeDevice()], [("camera 0", FakeCamera(200.0))]) as recorder:
         recorder.start("LEGO")
         # The journal is behind the video by what it brings to the disk at a time.
-        eventually(lambda: recorder.state().cameras[0].frames > 60)
+        eventually(lambda: recorder.state().cameras[0].frames > 100)
         killed = shutil.copytree(project, tmp_path / "killed")  # what a kill leaves now
     (recovered,) = recover(killed)
     assert recovered.recording is not None

@@ -195,7 +195,7 @@ def late(true, seed, mean):
     return reads[np.searchsorted(reads, true)] + 0.2 * MS
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_short_stretches_after_replugging_have_the_rate_of_the_device(seed):
     """Each is as well known as its earliest arrival; delays do not bend it."""
     rng = np.random.default_rng(seed)
@@ -232,7 +232,7 @@ def test_a_short_stretch_after_a_long_one_has_its_rate_whatever_was_told():
     assert np.abs((fitted.host - true[received])[:60_000]).max() < 1 * MS
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_starved_machine_is_no_counter_that_stands_still(seed):
     """All arrivals late for seconds, no sample lost: one stretch, on the early arrivals' line."""
     true, ticks, arrived = arrivals(60, 1000, 100, seed)
@@ -329,7 +329,7 @@ def live_errors(clock, true, arrived):
 
 
 @pytest.mark.parametrize("factor", [1.0, 1.008])
-@pytest.mark.parametrize("begin", [0.5, 3.0, 12.0])
+@pytest.mark.parametrize("begin", [0.5, 12.0])
 @pytest.mark.parametrize("rate", [80, 1000])
 def test_a_backlog_of_five_seconds_moves_no_line(rate, begin, factor):
     true, arrived, end = stalled(begin + 35, rate, begin, 5.0, 20 * rate, 0.0)
@@ -342,7 +342,7 @@ def test_a_backlog_of_five_seconds_moves_no_line(rate, begin, factor):
 
 
 @pytest.mark.parametrize("lost", [0.5, 1.0])
-@pytest.mark.parametrize("begin", [0.5, 3.0, 12.0])
+@pytest.mark.parametrize("begin", [0.5, 12.0])
 @pytest.mark.parametrize("rate", [80, 1000])
 def test_lines_that_a_stall_lost_and_nobody_counted_are_found_out_within_seconds(rate, begin, lost):
     true, arrived, end = stalled(begin + 35, rate, begin, 5.0, 20 * rate, lost)

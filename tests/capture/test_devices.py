@@ -10,14 +10,21 @@ from forcelab.capture import encoder, optoforce
 from forcelab.capture.device import MessageQueue, UnpluggedError
 from forcelab.capture.device_names import number_sensors, parse_device, parse_devices, quote_value
 from forcelab.capture.discovery import FoundPort
-from forcelab.capture.emulator import VirtualOptoForce, VirtualTextDevice, build_packets
+from forcelab.capture.emulator import build_packets
 from forcelab.capture.encoder import Encoder
 from forcelab.capture.optoforce import OptoForce
 from forcelab.capture.reader import DeviceReader
 from forcelab.capture.text_device import TextDevice
 from forcelab.errors import InputError
 from tests.capture.helpers import eventually, numbered
-from tests.capture.virtual_devices import Faults, FaultyOptoForce, VirtualEncoder, table_source
+from tests.capture.virtual_devices import (
+    Faults,
+    FaultyOptoForce,
+    VirtualEncoder,
+    VirtualOptoForce,
+    VirtualTextDevice,
+    table_source,
+)
 
 SHEET = """
 [ISE123AB.sensor1]
@@ -30,8 +37,8 @@ fz = { capacity = 100.0, counts = 1000 }
 @pytest.fixture
 def answers_are_awaited_less(monkeypatch):
     """For devices that never answer: less is waited for what does not come."""
-    monkeypatch.setattr(optoforce, "ANSWER_SECONDS", 0.4)
-    monkeypatch.setattr(encoder, "ANSWER_SECONDS", 0.4)
+    monkeypatch.setattr(optoforce, "ANSWER_SECONDS", 0.15)
+    monkeypatch.setattr(encoder, "ANSWER_SECONDS", 0.15)
 
 
 def nothing():
@@ -302,12 +309,13 @@ def test_overload_is_remarked_once_and_marks_its_samples():
     assert (blocks[-1].status == 1 << 9).any()
 
 
-def test_a_daq_that_falls_silent_is_remarked_once():
+def test_a_daq_that_falls_silent_is_remarked_once(monkeypatch):
+    monkeypatch.setattr(optoforce, "SILENCE_SECONDS", 0.3)
     with VirtualOptoForce(numbered) as virtual:
         device = OptoForce(virtual.port, ports=nothing)
         device.open()
         collect(device, 30)
-        virtual.stall(1.6)
+        virtual.stall(0.6)
         remarks = remarked(device, "has sent no valid packet")
         collect(device, 200)
         remarks += device.remarks()
@@ -495,21 +503,21 @@ def test_an_encoder_gives_its_count_when_it_changes_and_holds_it_in_between(bang
 
 
 def test_a_zero_holds_over_the_cable_and_is_forgotten_when_a_device_is_opened_anew():
-    for kind, virtual in {
-        "text": VirtualTextDevice(lambda t: np.full((len(t), 1), 5.0), 200),
-        "encoder": VirtualEncoder(lambda t: np.floor(np.minimum(20 * t, 5.0))[:, None]),
+    for name, virtual in {
+        "text:%s?rate=200": VirtualTextDevice(lambda t: np.full((len(t), 1), 5.0), 200),
+        "encoder:%s": VirtualEncoder(lambda t: np.floor(np.minimum(50 * t, 5.0))[:, None]),
     }.items():
         with virtual:
-            device = parse_device(f"{kind}:{virtual.port}")
+            device = parse_device(name % virtual.port)
             device.open()
-            assert wait_for_value(device, 5.0), kind
+            assert wait_for_value(device, 5.0), name
             device.zero()
             device.close()
             device.open()
-            assert wait_for_value(device, 5.0), kind
+            assert wait_for_value(device, 5.0), name
             device.zero()
             device.reopen()  # as after a loose cable; this one was never without power
-            assert wait_for_value(device, 0.0), kind
+            assert wait_for_value(device, 0.0), name
             device.close()
 
 
@@ -543,9 +551,9 @@ def test_what_does_not_answer_is_no_encoder():
 
 
 def test_a_line_device_is_looked_for_by_its_usb_serial_number():
-    with VirtualTextDevice(lambda t: t[:, None], 100) as virtual:
+    with VirtualTextDevice(lambda t: t[:, None], 1000) as virtual:
         ports = [FoundPort(virtual.port, "text", "", "A1", (1, 2), usable=True)]
-        device = TextDevice(virtual.port, ports=lambda: ports)
+        device = TextDevice(virtual.port, rate=1000, ports=lambda: ports)
         device.open()
         virtual.unplug()
         collect_until_gone(device)

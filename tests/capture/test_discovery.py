@@ -41,6 +41,8 @@ PORTS = [
 def plugged(monkeypatch):
     from serial.tools import list_ports
 
+    monkeypatch.setattr(capture, "find_streams", tuple)  # which takes a second
+
     def plug(ports):
         monkeypatch.setattr(list_ports, "comports", lambda: ports)
 

@@ -11,9 +11,7 @@ import pylsl
 
 from forcelab.capture import lsl
 from forcelab.capture.device_names import name_stream, parse_device, parse_devices
-from forcelab.capture.journal import SUFFIX
 from forcelab.capture.recorder import Recorder
-from forcelab.capture.save import CAPTURES, recover
 from forcelab.cli import main
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
@@ -53,7 +51,7 @@ def alarms_after(recorder, samples):
 def test_values_are_those_sent_and_times_those_of_the_outlet(project):
     with sending("forces") as sender:
         demonstration, start, remarks = record(
-            project, parse_device("lsl:forces"), lambda r: r.state().devices[0].samples > 200
+            project, parse_device("lsl:forces"), lambda r: r.state().devices[0].samples > 100
         )
     assert demonstration.channels == (Channel("fz1", "N"), Channel("wave", "mm"))
     numbers = demonstration.signals[:, 0].astype(int)
@@ -94,7 +92,7 @@ def test_samples_that_the_sender_left_out_are_a_gap_and_move_no_other(project):
     left_out = {k for k in range(10_000) if k % 100 in (50, 51) or k % 1000 > 900}
     with sending("forces", leave_out=left_out) as sender:
         demonstration, start, remarks = record(
-            project, parse_device("lsl:forces"), lambda r: "lost samples" in alarms_after(r, 400)
+            project, parse_device("lsl:forces"), lambda r: "lost samples" in alarms_after(r, 200)
         )
     numbers = demonstration.signals[:, 0]
     lost = int((np.diff(numbers) - 1).sum())
@@ -139,21 +137,6 @@ def test_a_sender_that_ends_and_comes_back_goes_on_in_the_same_recording(project
     assert set(np.diff(second)) <= {1.0}
     assert any("was unplugged once" in remark for remark in remarks)
     assert "lsl:forces is gone; start the program that sends it again." in remarks
-
-
-def test_a_recording_that_a_crash_ended_is_recovered(project):
-    with sending("forces") as sender:
-        with Recorder(project, [parse_device("lsl:forces")]) as recorder:
-            recorder.start("hold")
-            eventually(lambda: recorder.state().devices[0].samples > 100)
-        assert list((project / CAPTURES).glob(f"*{SUFFIX}"))
-        [recovered] = recover(project)
-    assert recovered.recording is not None
-    with Project.open(project) as opened:
-        demonstration = opened.demonstrations.load(recovered.recording.added.id)
-    numbers = demonstration.signals[:, 0]
-    sent = sender.stamp(numbers) - sender.stamp(numbers[0])
-    assert np.abs(demonstration.times - sent).max() < STATED
 
 
 def test_a_stream_without_a_rate_holds_its_values():

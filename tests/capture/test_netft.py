@@ -5,9 +5,7 @@ import pytest
 
 from forcelab.capture import netft
 from forcelab.capture.device_names import parse_device
-from forcelab.capture.journal import SUFFIX
 from forcelab.capture.recorder import Recorder
-from forcelab.capture.save import CAPTURES, recover
 from forcelab.cli import main
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
@@ -128,18 +126,6 @@ def test_a_zero_holds_while_the_box_is_off_and_both_counters_begin_anew(project,
     assert box.streams == 2
     assert any("sends nothing any more; check its cable" in remark for remark in remarks)
     assert any("was unplugged once" in remark for remark in remarks)
-
-
-def test_a_recording_that_a_crash_ended_is_recovered(project, boxed):
-    with Box() as box:
-        with Recorder(project, [boxed(box)]) as recorder:
-            recorder.start("hold")
-            eventually(lambda: recorder.state().devices[0].samples > 100)
-        assert list((project / CAPTURES).glob(f"*{SUFFIX}"))
-        [recovered] = recover(project)
-    with Project.open(project) as opened:
-        demonstration = opened.demonstrations.load(recovered.recording.added.id)
-    assert set(np.diff(numbers_of(demonstration))) == {1}
 
 
 def test_units_are_those_of_its_page_or_counts_are_given(boxed):

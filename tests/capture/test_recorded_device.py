@@ -37,19 +37,19 @@ def collect(device, seconds):
 
 
 def test_it_plays_in_real_time_what_was_recorded_and_begins_again(project):
-    signals = store(project, np.arange(80) / RATE)
+    signals = store(project, np.arange(40) / RATE)
     device = parse_device(f"replay:{project}?demonstration=pull %26 go")
     device.open()
     begun = time.monotonic()
-    ticks, values = collect(device, 0.5)
+    ticks, values = collect(device, 0.25)
     passed = time.monotonic() - begun
     assert device.channels == CHANNELS
     assert device.rate == pytest.approx(RATE)
     assert device.name == f"replay:{project.name}/pull & go"
     assert ticks.tolist() == list(range(len(ticks)))
-    assert len(ticks) > 160  # more than twice round
+    assert len(ticks) > 80  # more than twice round
     assert len(ticks) <= passed * RATE + 2
-    assert np.array_equal(values, signals[ticks % 80])
+    assert np.array_equal(values, signals[ticks % 40])
 
 
 def test_played_once_it_is_gone_at_its_end_and_does_not_come_back(project):

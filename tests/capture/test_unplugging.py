@@ -7,12 +7,12 @@ from itertools import pairwise
 import numpy as np
 
 from forcelab.capture.device_names import parse_device
-from forcelab.capture.emulator import VirtualOptoForce, VirtualTextDevice
 from forcelab.capture.recorder import Recorder
 from forcelab.capture.save import CAPTURES
 from forcelab.demonstration import GAP_PERIODS
 from forcelab.project import Project
 from tests.capture.helpers import eventually
+from tests.capture.virtual_devices import VirtualOptoForce, VirtualTextDevice
 
 #: How often it is unplugged within one recording; more often when asked, as each takes a second.
 UNPLUGS = int(os.environ.get("FORCELAB_UNPLUGS", "2"))
@@ -78,34 +78,7 @@ def test_each_time_it_was_unplugged_is_a_gap_in_the_one_demonstration(project):
     assert list((project / CAPTURES).iterdir()) == []
 
 
-def test_one_of_two_that_is_unplugged_is_missing_while_the_other_goes_on(project):
-    with VirtualOptoForce(counting) as left, VirtualOptoForce(counting, serial="ISE999ZZ") as right:
-        devices = [parse_device(f"optoforce:{daq.port}") for daq in (left, right)]
-        with Recorder(project, devices) as recorder:
-            recorder.start("LEGO")
-            for _ in range(2):
-                count = recorder.state().devices[1].samples
-                eventually(lambda c=count: recorder.state().devices[1].samples >= c + 200)
-                right.unplug()
-                eventually(lambda: "unplugged" in recorder.state().devices[1].alarms)
-                right.replug()
-                eventually(lambda: recorder.state().devices[1].plugged)
-            count = recorder.state().devices[1].samples
-            eventually(lambda: recorder.state().devices[1].samples >= count + 200)
-            recorder.stop()
-    with Project.open(project) as opened:
-        d = opened.demonstrations.load("LEGO 01")
-        signals = np.array(d.signals)
-    missing = np.isnan(signals[:, 3])
-    assert np.isfinite(signals[:, :3]).all()
-    # On a busy machine all that came of one before it was unplugged may have come late.
-    first = int(np.argmin(missing))
-    assert d.times[first] < 2
-    assert np.count_nonzero(np.diff(missing[first:].astype(int)) == 1) == 2
-    assert not missing[-1]
-
-
-def test_lines_that_a_stuck_hub_holds_back_for_five_seconds_keep_their_times(project):
+def test_lines_that_a_stuck_hub_holds_back_for_a_second_keep_their_times(project):
     def numbered(times):
         return np.column_stack([np.round(400 * times), times])
 
@@ -113,12 +86,12 @@ def test_lines_that_a_stuck_hub_holds_back_for_five_seconds_keep_their_times(pro
         device = parse_device(f"text:{board.port}?rate=400")
         with Recorder(project, [device]) as recorder:
             recorder.start("LEGO")
-            eventually(lambda: recorder.state().devices[0].samples > 1200)
-            board.stall(5.0)
+            eventually(lambda: recorder.state().devices[0].samples > 300)
+            board.stall(1.0)
             held = time.monotonic()
-            eventually(lambda: recorder.latest(0.0)[0][1][0] > held + 5.2)
-            _, live, values = recorder.latest(7.0)[0]
+            eventually(lambda: recorder.latest(0.0)[0][1][0] > held + 1.2)
+            _, live, values = recorder.latest(2.0)[0]
             recorder.discard()
         taken = board.truth().times
-    # Within what a busy machine makes late; what came at once was up to five seconds late.
+    # Within what a busy machine makes late; what came at once was up to a second late.
     assert np.abs(live - taken[values[:, 0].astype(int)]).max() < 0.2

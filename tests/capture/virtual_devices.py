@@ -2,22 +2,268 @@
 
 from __future__ import annotations
 
+import contextlib
+import tempfile
+import threading
 import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from queue import Empty, SimpleQueue
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from forcelab.capture import emulator
 from forcelab.capture.emulator import (
-    BURST,
     Readings,
     SamplingRun,
     Source,
-    VirtualOptoForce,
     VirtualSampler,
+    build_packets,
 )
 from forcelab.errors import InputError
+
+#: Seconds after which a thread that does not answer is taken for broken.
+PATIENCE = 10.0
+
+
+@dataclass(frozen=True)
+class PacedRun(SamplingRun):
+    """A stretch by a clock of its own pace."""
+
+    #: Seconds of the device's clock that pass in one of the host's.
+    pace: float = 1.0
+
+    def due(self, now: float) -> int:
+        return SamplingRun(self.first, self.start, self.device, self.rate * self.pace).due(now)
+
+    def host_times(self, samples: NDArray[np.int64]) -> NDArray[np.float64]:
+        """When samples were taken, in seconds of the host's monotonic clock."""
+        return self.start + (self.device_times(samples) - self.device) / self.pace
+
+
+@dataclass(frozen=True)
+class GroundTruth:
+    """What a virtual device measured and when, whatever of it arrived."""
+
+    #: When each sample was taken, in seconds of the host's monotonic clock, and of the device's,
+    #: both of shape (n,).
+    times: NDArray[np.float64]
+    device_times: NDArray[np.float64]
+    #: Its readings before any fault, shape (n, c): counts of an OptoForce, numbers of text lines.
+    values: NDArray[np.float64]
+    #: Whether it was sent as it was, and read, shape (n,).
+    intact: NDArray[np.bool_]
+
+
+def _none_absent(times: NDArray[np.float64]) -> NDArray[np.bool_]:
+    return np.zeros(len(times), np.bool_)
+
+
+class TestedSampler(VirtualSampler):
+    """A device whose cable can be pulled, which has a clock of its own and knows what it measured.
+
+    Without a path it is at ``ttyACM0`` in a temporary folder.
+    """
+
+    __test__ = False
+    _runs: list[PacedRun]
+
+    def __init__(
+        self,
+        source: Readings,
+        rate: float,
+        *,
+        path: Path | None = None,
+        clock_ppm: float = 0.0,
+        waits: bool = False,
+        **options,
+    ) -> None:
+        super().__init__(source, rate, path or Path("ttyACM0"), _none_absent, **options)
+        self._homeless, self._folder, self._waits = path is None, None, waits
+        self._pace = 1.0 + 1e-6 * clock_ppm
+        self._held_until = 0.0
+        self._requests: SimpleQueue[tuple[Callable[[], None], threading.Event]] = SimpleQueue()
+        #: Numbers of the samples taken last, those of them that leave it, and all that were
+        #: spoiled on their way.
+        self._last = self._leaving = np.arange(0)
+        self._spoiled: list[NDArray[np.int64]] = []
+
+    def open(self) -> None:
+        if self._homeless:
+            self._folder = Path(tempfile.mkdtemp(prefix="forcelab-port-"))
+            self.path = self._folder / self.path
+        super().open()
+
+    def close(self) -> None:
+        super().close()
+        if self._folder is not None:
+            with contextlib.suppress(OSError):
+                self._folder.rmdir()
+
+    def unplug(self) -> None:
+        """Pull the cable: readers see an error, the port's name is gone."""
+        self._ask(self._unplug)
+
+    def replug(self, path: Path | None = None) -> None:
+        """Put the cable back, perhaps at another path."""
+
+        def plug() -> None:
+            self.path = path or self.path
+            self._plug()
+            self._begin(time.monotonic())
+
+        self._ask(plug)
+
+    def stall(self, seconds: float) -> None:
+        """Hold everything back for a while; then it arrives all at once."""
+        self._ask(lambda: setattr(self, "_held_until", time.monotonic() + seconds))
+
+    def truth(self) -> GroundTruth:
+        """What was measured and when, up to now; settled once the device is closed."""
+        runs, sent, spoiled = list(self._runs), self._sent, list(self._spoiled)
+        times, device_times = np.empty(sent), np.empty(sent)
+        ends = [*(run.first for run in runs[1:]), sent]
+        for run, end in zip(runs, ends, strict=False):  # without a run there is nothing yet
+            samples = np.arange(run.first, end)
+            times[run.first : end] = run.host_times(samples)
+            device_times[run.first : end] = run.device_times(samples)
+        intact = np.ones(sent, dtype=bool)
+        for numbers in spoiled:
+            intact[numbers] = False
+        values = self._source(device_times).astype(np.float64)
+        return GroundTruth(times, device_times, values, intact)
+
+    def _ask(self, request: Callable[[], None]) -> None:
+        """Have something done by the thread that owns the port, and wait until it is done."""
+        if not self._thread.is_alive():
+            request()
+            return
+        done = threading.Event()
+        self._requests.put((request, done))
+        done.wait(PATIENCE)
+
+    def _take_turn(self, now: float, has_listener: bool) -> None:
+        with contextlib.suppress(Empty):
+            while True:
+                request, done = self._requests.get_nowait()
+                request()
+                done.set()
+        if now >= self._held_until:
+            super()._take_turn(now, has_listener)
+
+    def _run_from(self, now: float, rate: float) -> None:
+        self._runs.append(PacedRun(self._sent, now, self._device_time(now), rate, self._pace))
+
+    def _device_time(self, now: float) -> float:
+        return super()._device_time(now) * self._pace
+
+    def _take_samples(self, now: float) -> NDArray[np.float64]:
+        times = super()._take_samples(now)
+        self._last = self._leaving = np.arange(self._sent - len(times), self._sent)
+        return times
+
+    def _present(self, times: NDArray[np.float64]) -> NDArray[np.bool_]:
+        present = super()._present(times)
+        self._spoiled.append(self._last[~present])
+        self._leaving = self._last[present]
+        return present
+
+    def _deliver(self, data: bytes, has_listener: bool) -> None:
+        overrun = self.overrun
+        super()._deliver(data, has_listener)
+        if data and (not has_listener or self.overrun > overrun):
+            self._spoiled.append(self._last)
+
+
+class VirtualTextDevice(TestedSampler, emulator.VirtualTextDevice):
+    """A microcontroller that prints lines of any kind.
+
+    With a `header` the names come first each time it is switched on; `labelled`, each value stands
+    behind its name and a colon. `clock` names a first column with the device's time in
+    milliseconds. A share `junk` of the lines follows one that means nothing.
+    """
+
+    def __init__(
+        self,
+        source: Readings,
+        rate: float = 80.0,
+        *,
+        names: Sequence[str] = (),
+        header: bool = False,
+        labelled: bool = False,
+        clock: str = "",
+        decimals: int = 3,
+        junk: float = 0.0,
+        **options,
+    ) -> None:
+        super().__init__(source, rate, names=names, **options)
+        self._with_header, self._labelled, self._clock = header, labelled, clock
+        self._decimals, self._junk, self._rng = decimals, junk, np.random.default_rng(0)
+
+    def _header(self) -> list[str]:
+        names = [*([self._clock] * bool(self._clock)), *self._names]
+        return [",".join(names)] if self._with_header else []
+
+    def _line(self, time: float, row: NDArray[np.float64]) -> str:
+        cells = [f"{value:.{self._decimals}f}" for value in row]
+        if self._labelled:
+            cells = [f"{name}:{cell}" for name, cell in zip(self._names, cells, strict=True)]
+        if self._clock:
+            stamp = f"{1e3 * time:.0f}"
+            cells.insert(0, f"{self._clock}:{stamp}" if self._labelled else stamp)
+        junk = "#~ sensor not ready\r\n" if self._junk and self._rng.random() < self._junk else ""
+        return junk + ",".join(cells)
+
+
+class VirtualOptoForce(TestedSampler, emulator.VirtualOptoForce):
+    """A DAQ: `step` counts lie between two packets, `first` is the counter of the first one."""
+
+    def __init__(
+        self,
+        source: Source,
+        rate: float = 1000.0,
+        *,
+        serial: str = "ISE123AB",
+        step: int = 1,
+        first: int = 0,
+        **options,
+    ) -> None:
+        super().__init__(source, rate, serial=serial, **options)
+        #: Bits that are added to the status of every sample from now on.
+        self.status = 0
+        #: Whether it answers what it is asked; a real one that is broken may not.
+        self.answers = True
+        #: Each configuration it was given: speed, filter and zero byte.
+        self.configured: list[tuple[int, int, int]] = []
+        self._step, self._first, self._counter = step, first, first
+
+    def jump(self, counts: int) -> None:
+        """Let the counter jump ahead."""
+        self._ask(lambda: setattr(self, "_counter", self._counter + counts))
+
+    def _begin(self, now: float) -> None:
+        super()._begin(now)
+        self._counter = self._first
+
+    def _packets(self, times: NDArray[np.float64]) -> NDArray[np.uint8]:
+        packets, begin = super()._packets(times), self._counter - len(times)
+        self._counter = begin + self._step * len(times)
+        fields = np.ascontiguousarray(packets[:, 4:-2]).view(">u2").astype(np.int64)
+        counters = begin + self._step * np.arange(len(times))
+        counts = fields[:, 2:].astype(np.int16).astype(np.int64)
+        return build_packets(counters, fields[:, 1] | self.status, counts)
+
+    def _answer(self, data: bytes) -> bytes:
+        answer = super()._answer(data)
+        return answer if self.answers else b""
+
+    def _configure(self, message: bytes) -> bytes:
+        reply = super()._configure(message)
+        if reply and not reply[4]:
+            self.configured.append((message[4], message[5], message[6]))
+        return reply
 
 
 def table_source(counts: ArrayLike, rate: float) -> Source:
@@ -87,8 +333,14 @@ class FaultyOptoForce(VirtualOptoForce):
         self.faults = faults or Faults()
         self._rng = np.random.default_rng(0)
 
-    def _transmit(self, packets: NDArray[np.uint8]) -> tuple[bytes, NDArray[np.bool_]]:
-        return apply_faults(packets, self.faults, self._rng)
+    def _due(self, now: float) -> bytes:
+        data = super()._due(now)
+        packets = np.frombuffer(data, np.uint8).reshape(max(len(self._leaving), 1), -1)
+        if not data:
+            return b""
+        data, intact = apply_faults(packets, self.faults, self._rng)
+        self._spoiled.append(self._leaving[~intact])
+        return data
 
 
 #: Registers of the encoder's adapter: how much its count has to change to be sent, how often it
@@ -100,7 +352,7 @@ LINE_FEED, RETURN, STAMPED, SPACED = 1, 2, 4, 8
 STAMP_RATE = 512.0
 
 
-class VirtualEncoder(VirtualSampler):
+class VirtualEncoder(TestedSampler):
     """A quadrature encoder behind a QSB adapter: it streams on change once it is told to.
 
     Its replies are ``r``, ``w``, ``s`` or ``e``, the register, the value in hexadecimal, and where
@@ -117,8 +369,8 @@ class VirtualEncoder(VirtualSampler):
         Whether its replies end with ``!``.
     serial : int
         Its serial number.
-    clock_ppm, path, burst, waits
-        As of :class:`~forcelab.capture.emulator.VirtualSampler`.
+    clock_ppm, path, waits
+        As of :class:`TestedSampler`.
     """
 
     def __init__(
@@ -128,12 +380,9 @@ class VirtualEncoder(VirtualSampler):
         *,
         bang: bool = True,
         serial: int = 81_830,
-        clock_ppm: float = 0.0,
-        path: Path | None = None,
-        burst: float = BURST,
-        waits: bool = False,
+        **options,
     ) -> None:
-        super().__init__(source, rate, clock_ppm, path, burst, waits)
+        super().__init__(source, rate, **options)
         #: All commands it was given.
         self.commands: list[str] = []
         self._end, self._serial = "!" if bang else "", serial
@@ -197,9 +446,7 @@ class VirtualEncoder(VirtualSampler):
             last = self._runs[-1]
             sent = np.array([self._sent])
             start, device = float(last.host_times(sent)[0]), float(last.device_times(sent)[0])
-            self._runs.append(
-                SamplingRun(self._sent, start, device, STAMP_RATE / number, self._pace)
-            )
+            self._runs.append(PacedRun(self._sent, start, device, STAMP_RATE / number, self._pace))
         elif register == CLOCK:
             self._clock = self._now
 

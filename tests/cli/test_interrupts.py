@@ -36,7 +36,7 @@ def test_a_signal_ends_a_command_with_a_sentence_and_nothing_half_done(tmp_path)
     begun = process.children if cpu_count() > 1 else lambda: any(scratch.iterdir())
     while not begun() and time.monotonic() < deadline:
         time.sleep(0.05)
-    time.sleep(0.5)
+    time.sleep(0.2)
     running.send_signal(signal.SIGTERM)
     _, result = running.communicate(timeout=60)
     assert result == "forcelab: stopped; nothing was left half done.\n"

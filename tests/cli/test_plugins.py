@@ -117,3 +117,34 @@ def test_what_no_file_can_hold_is_refused_before_the_long_training(forcelab, pro
     (few,) = Path("fitted").read_text().split()
     assert forcelab("evaluate", project, *QUICK, "--jobs", "1", "--classifier", own).status == 0
     assert int(few) < min(map(int, Path("fitted").read_text().split()[1:]))
+
+
+def test_what_no_file_can_hold_once_there_is_more_data_is_refused_after_the_first_fit(
+    forcelab, project, lab
+):
+    later = """
+class LockedLater(Locked):
+    def fit(self, X, y):
+        super().fit(X, y)
+        if len(X) > {}:
+            return self
+        del self.lock
+        return self
+"""
+    Path(f"{lab}.py").write_text(FOREIGN_MODULE + later.format(250))
+    own = f"{lab}:LockedLater"
+    options = (
+        "--task",
+        "foam",
+        "--features",
+        "windows",
+        "--step",
+        "0.02",
+        "--calibrated",
+        "--threshold",
+        "off",
+    )
+    refused = forcelab("train", project, *options, "--classifier", own, "--out", "own.skops")
+    assert f"A recogniser with '{own}' cannot be kept in a file (" in refused.sentence
+    trial, first = map(int, Path("fitted").read_text().split())  # and no further ones
+    assert trial <= 250 < first

@@ -46,7 +46,7 @@ def project(tmp_path):
 def cheap(tmp_path, monkeypatch, project):
     """The settings file remembers how the task was trained last."""
     monkeypatch.setenv("FORCELAB_SETTINGS", str(tmp_path / "settings.ini"))
-    training_preferences.remember(project, "foam", SETTINGS)
+    training_preferences.remember_settings(project, "foam", SETTINGS)
 
 
 def tracks(path):

@@ -1,5 +1,6 @@
 """Files of arrays as NumPy, SciPy, h5py and MATLAB write them, for tests and campaigns."""
 
+import random
 from pathlib import Path
 
 import numpy as np
@@ -167,6 +168,21 @@ def refusal(path, error=InputError, **options):
     assert sentence.endswith(".")
     assert "\n" not in sentence
     return sentence
+
+
+def read_mutated(whole: list[Path], path: Path) -> None:
+    """Read mutations of whole files under a name; what is refused is refused in a sentence."""
+    from tests.fuzz.ros_bags import change_bytes  # needs rosbags
+
+    for number, source in enumerate(whole * 4):
+        path.write_bytes(source.read_bytes())
+        chance = random.Random(number)
+        for _ in range(4):
+            change_bytes(path, chance)
+        try:
+            read(path)
+        except InputError as error:
+            assert str(error).isprintable()
 
 
 def names(recording):

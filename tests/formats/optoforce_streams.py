@@ -1,13 +1,6 @@
-"""Streams of OptoForce packets for tests, made and parsed the slow and obvious way.
-
-``python tests/formats/optoforce_streams.py fuzz 1000000`` throws that many random and mutated
-strings at the parser, ``python tests/formats/optoforce_streams.py speed`` says how fast it is.
-"""
+"""Streams of OptoForce packets for tests, made and parsed the slow and obvious way."""
 
 import itertools
-import statistics
-import sys
-import time
 
 import numpy as np
 
@@ -59,7 +52,8 @@ def parsed_slowly(data):
 
 def in_pieces(data, cuts, kind=None):
     """Feed a stream cut at some places; offsets, counts, status, values, and the parser."""
-    parser = Parser(kind)
+    parser = Parser()
+    parser.kind = kind
     edges = [0, *sorted(cut % (len(data) + 1) for cut in cuts), len(data)]
     pieces = [parser.feed(data[a:b]) for a, b in itertools.pairwise(edges)]
     pieces.append(parser.finish())
@@ -91,16 +85,14 @@ def fuzzed(number, seed=0):
             yield bytes(data[int(random.integers(0, 20)) :])
 
 
-def fuzz(number, seed=0, together=1):
+def fuzz(number, seed=0):
     """Packets accepted, those of them that are not valid, and those that nobody sent.
 
-    The parser must not fail. With `together`, so many strings are one stream, which takes a tenth
-    of the time.
+    The parser must not fail.
     """
     accepted = invalid = unsent = 0
-    strings = fuzzed(number, seed)
     whole = b"".join(stream(kind, range(4), seed)[0] for kind in KINDS)
-    while data := b"".join(itertools.islice(strings, together)):
+    for data in fuzzed(number, seed):
         parser = Parser()
         for packets in (parser.feed(data), parser.finish()):
             accepted += len(packets)
@@ -119,27 +111,6 @@ def chance(number, seed=0):
     noise[:, :4] = np.frombuffer(KINDS[0].frame.header, np.uint8)
     # Sums of twelve bytes are small: what has to agree is drawn from what they can be.
     noise[:, -2] &= 15
-    parser = Parser(KINDS[0])
+    parser = Parser()
+    parser.kind = KINDS[0]
     return len(parser.feed(noise.tobytes())) + len(parser.finish())
-
-
-def speed(packets=500_000, repeats=5):
-    """Megabytes a second of processor time, by kind; the median of some repeats."""
-    for kind in KINDS:
-        piece, _ = stream(kind, range(5_000))
-        data, rates = piece * (packets // 5_000), []
-        for _ in range(repeats):
-            start = time.process_time()
-            Parser().feed(data)
-            rates.append(len(data) / 1e6 / (time.process_time() - start))
-        print(f"{kind.name}: {statistics.median(rates):.0f} MB/s")
-
-
-if __name__ == "__main__":
-    if sys.argv[1] == "speed":
-        speed()
-    else:
-        number, together = int(sys.argv[2]), int(sys.argv[3]) if len(sys.argv) > 3 else 1
-        report = "{:,} strings of {} joined: {:,} packets accepted, {} invalid, {} that nobody sent"
-        print(report.format(number, together, *fuzz(number, together=together)))
-        print(f"noise behind a header accepted: {chance(number):,} of {number:,}")

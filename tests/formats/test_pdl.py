@@ -257,7 +257,7 @@ def load_single(data: bytes, inert: frozenset[str] = frozenset()):
     return value
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(plain, st.sampled_from([0, 1, 2]))
 def test_plain_data_comes_back_as_it_was_written(value, protocol):
     # repr also tells True from 1 and 1 from 1.0
@@ -483,7 +483,7 @@ SAMPLE = (
 )
 
 
-@settings(max_examples=500, deadline=None)
+@settings(max_examples=200, deadline=None)
 @given(
     st.lists(
         st.tuples(

@@ -221,7 +221,7 @@ def written_tables(draw):
 
 
 @settings(
-    max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=75, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 @given(written=written_tables())
 def test_a_random_table_in_a_random_dialect_is_read_back_to_the_bit(written, table):

@@ -166,7 +166,7 @@ def test_too_few_stamps_are_refused_in_a_sentence(values):
         repair(values)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(
     st.lists(st.integers(0, 60), min_size=2, max_size=40).map(sorted),
     st.lists(st.tuples(st.integers(0, 39), st.integers(-(10**6), 10**6)), max_size=3),

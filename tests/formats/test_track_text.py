@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forcelab.errors import InputError
@@ -92,6 +92,7 @@ def test_no_spreadsheet_takes_a_name_for_a_formula_and_it_is_read_back(tmp_path)
     assert (track.author, track.segments) == ("=Ada", segments)
 
 
+@settings(max_examples=25)
 @given(st.sampled_from((50, 100, 128, 200, 999, 1000, 4000)), st.floats(0, 100), st.data())
 def test_what_is_written_is_read_back_onto_the_same_samples(rate, offset, data):
     times = offset + np.cumsum(np.full(200, 1 / rate)) - 1 / rate

@@ -33,21 +33,7 @@ def mutated_bytes(content: bytes, count: int, seed: int = 0) -> Iterator[bytes]:
                 case 2:
                     mutated[at:at] = mutated[at:to] * chance.choice((1, 3))
                 case 3:
-                    mutated[at:at] = chance.choice(
-                        (
-                            b'"',
-                            b",",
-                            b"\t",
-                            b"\n",
-                            b"{",
-                            b"]",
-                            b"9" * 30,
-                            b"-",
-                            b"\0",
-                            b"\xff",
-                            b";",
-                        )
-                    )
+                    mutated[at:at] = chance.choice(MARKS)
                 case _:
                     del mutated[at:]
         yield bytes(mutated)

@@ -20,9 +20,9 @@ from window_helpers import answer_dialog, named
 from forcelab.gui import settings
 from forcelab.gui.guide import GuideWindow
 from forcelab.gui.import_dialog import ImportDialog
-from forcelab.gui.label.hints import HintBar
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.review import training_preferences
+from forcelab.gui.welcome import HintBar
 from forcelab.jobs import Progress
 from forcelab.project import Project
 from forcelab.simulation import generate, rendering
@@ -36,7 +36,7 @@ def place(tmp_path, monkeypatch):
     """Where the sample project would lie."""
     folder = tmp_path / "documents"
     folder.mkdir()
-    monkeypatch.setattr("forcelab.gui.window.sample_place", lambda: folder / "sample.forcelab")
+    monkeypatch.setattr("forcelab.gui.welcome.sample_place", lambda: folder / "sample.forcelab")
     return folder / "sample.forcelab"
 
 
@@ -100,7 +100,7 @@ def test_the_sample_waits_to_be_labelled_with_hints_and_has_a_review(
     monkeypatch.setattr("forcelab.sample.SMALL", ("foam",))
     # With these it is trained within seconds; a process of low priority may wait for minutes.
     monkeypatch.setattr("forcelab.process.run_in_process", lambda work, *given: work(*given))
-    training_preferences.remember(place, "foam", BAYES_SETTINGS)
+    training_preferences.remember_settings(place, "foam", BAYES_SETTINGS)
     monkeypatch.setattr("os.cpu_count", lambda: 1)  # another process would not know of these
     click(way(window, "Try the sample"))
     until(lambda: window.document.id)

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import (
     QTreeWidget,
 )
 
-from forcelab.gui.keys_page import KeysPage
+from forcelab.gui.preferences_dialog import KeysPage
 from forcelab.gui.shortcuts import COMMANDS
 from forcelab.vocabulary import Vocabulary
 

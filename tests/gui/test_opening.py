@@ -14,6 +14,7 @@ from forcelab.gui.author_choice import AuthorChoice
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.launch_options import LaunchOptions
+from forcelab.gui.preferences import SAMPLE_FOLDER
 from forcelab.gui.project_actions import ProjectActions
 from forcelab.gui.welcome import SampleProgress
 from forcelab.gui.window import Window
@@ -227,12 +228,20 @@ def test_a_sample_project_goes_on_when_another_project_is_opened(
     document.close()
 
 
+def test_the_start_page_names_the_folder_that_is_chosen_for_the_sample(app, tmp_path):
+    window = Window("Ann", remembering=False)
+    SAMPLE_FOLDER.set_value(tmp_path)
+    sample = window._welcome.findChildren(QCommandLinkButton)[0]
+    assert sample.description().endswith(f", in {tmp_path}.")
+    SAMPLE_FOLDER.reset()
+
+
 def test_a_long_progress_of_the_sample_project_stays_on_one_line(
     app, tmp_path, monkeypatch, until, hovered
 ):
     ended = []
     monkeypatch.setattr("forcelab.sample.make_sample_job", endless(ended))
-    monkeypatch.setattr("forcelab.gui.window.sample_place", lambda: tmp_path / "sample")
+    monkeypatch.setattr("forcelab.gui.welcome.sample_place", lambda: tmp_path / "sample")
     window = Window("Ann")
     window.show()
     window.begin(LaunchOptions())
@@ -254,7 +263,7 @@ def test_making_the_sample_project_can_be_cancelled_wherever_it_is_shown(
 ):
     ended, study = [], tmp_path / "study.forcelab"
     monkeypatch.setattr("forcelab.sample.make_sample_job", endless(ended))
-    monkeypatch.setattr("forcelab.gui.window.sample_place", lambda: tmp_path / "sample")
+    monkeypatch.setattr("forcelab.gui.welcome.sample_place", lambda: tmp_path / "sample")
     Project.create(study).close()
     window = Window("Ann")
     window.show()

@@ -303,11 +303,7 @@ def test_a_task_without_settings_of_its_own_follows_the_preset(window, dialog):
     box = named(dialog, QComboBox, "Preset of new tasks")
     box.setFocus()
     QTest.keyClick(box, Qt.Key.Key_F)  # of fast
-    assert (PRESET.value, trainer.settings, trainer.classifier) == (
-        "fast",
-        PRESETS["fast"],
-        PRESETS["fast"].classifier,
-    )
+    assert (PRESET.value, trainer.settings) == ("fast", PRESETS["fast"])
     button = named(dialog, QPushButton, "foam: fast…")
     click(button)
     [chosen] = dialog.findChildren(SettingsDialog)

@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.errors import InputError
-from forcelab.gui import settings, shortcuts
+from forcelab.gui import commands, settings
 from forcelab.gui.shortcuts import COMMANDS, Keys, bind, collision
 from forcelab.vocabulary import KEYS, Vocabulary
 
@@ -107,8 +107,8 @@ def test_every_habit_is_kept():
 def test_ids_and_texts_differ():
     assert len({c.id for c in COMMANDS}) == len(COMMANDS)
     assert len({c.text for c in COMMANDS}) == len(COMMANDS)
-    assert shortcuts.GROUPS[0] == "File"
-    assert shortcuts.GROUPS[-1] == "Help"
+    assert commands.GROUPS[0] == "File"
+    assert commands.GROUPS[-1] == "Help"
 
 
 def test_no_default_key_means_two_things_or_paints(keys):

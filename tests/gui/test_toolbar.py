@@ -10,8 +10,8 @@ from window_helpers import status_messages
 from forcelab.errors import ForcelabError
 from forcelab.gui import settings
 from forcelab.gui.launch_options import LaunchOptions
+from forcelab.gui.menus import BUTTONS
 from forcelab.gui.shortcuts import keys
-from forcelab.gui.toolbar import BUTTONS
 from forcelab.gui.window import LAYOUT
 from forcelab.labels import Segment, Track
 from forcelab.project import Project

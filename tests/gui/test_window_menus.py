@@ -14,8 +14,8 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import VideoReference
 from forcelab.gui.guide import GuideWindow
 from forcelab.gui.help import HelpPage
-from forcelab.gui.keys_page import KeysPage
 from forcelab.gui.launch_options import LaunchOptions
+from forcelab.gui.preferences_dialog import KeysPage
 from forcelab.gui.shortcuts import COMMANDS, keys
 from forcelab.gui.window import Window
 

@@ -129,11 +129,11 @@ def test_so_many_segments_get_another_action_and_no_other_changes(items, share, 
 def test_wrong_labels_are_scored_with_the_right_ones(items, monkeypatch):
     monkeypatch.setattr(ensemble, "TREES", 10)
     settings = preset("fast").replace(amplitude="absolute", stride=2)
-    row = finish(measuring_swapped(items, "synthetic", settings, draws=2))
+    row = finish(measuring_swapped(items, "synthetic", settings, draws=1))
     assert (row.name, row.setting, row.size) == ("swapped", "fast", "synthetic")
     assert row.error < 0.25
     assert row.further["points lost"] < 10
-    assert row.further["swapped"] == 2 * max(1, round(0.05 * sum(len(i.segments) for i in items)))
+    assert row.further["swapped"] == max(1, round(0.05 * sum(len(i.segments) for i in items)))
     assert row.further["in the first tenth"] >= 0.5
 
 
@@ -164,12 +164,11 @@ def test_of_too_little_it_is_told_what_is_missing(items):
 
 
 @pytest.mark.real
-@pytest.mark.parametrize("file", ["soft_sig.pdl", "JPen_sig.pdl"])
 def test_of_the_papers_recordings_a_twentieth_swapped_costs_little_and_is_found(
-    file, monkeypatch, real_file
+    monkeypatch, real_file
 ):
     monkeypatch.setattr(ensemble, "TREES", 10)
-    items = read_labelled(real_file(f"tongs/{file}"))
-    row = finish(measuring_swapped(items, file, preset("fast"), draws=1))
+    items = read_labelled(real_file("tongs/JPen_sig.pdl"))
+    row = finish(measuring_swapped(items, "stylus", preset("fast"), draws=1))
     assert row.further["points lost"] < 3
     assert row.further["in the first tenth"] >= 0.5

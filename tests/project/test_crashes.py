@@ -1,6 +1,6 @@
 """Killed processes, full disks, two writers at once.
 
-The killing is repeated 8 times; ``FORCELAB_KILLS=50 pytest tests/project/test_crashes.py`` repeats
+The killing is repeated 4 times; ``FORCELAB_KILLS=50 pytest tests/project/test_crashes.py`` repeats
 it as often as one likes.
 """
 
@@ -22,7 +22,7 @@ from forcelab.labels import Segment, Track
 from forcelab.project import Project
 from forcelab.segment_edits import paint
 
-KILLS = int(os.environ.get("FORCELAB_KILLS", "8"))
+KILLS = int(os.environ.get("FORCELAB_KILLS", "4"))
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs signals and limits of POSIX")
 

@@ -123,6 +123,7 @@ def test_a_change_on_a_full_disk_is_refused_with_the_reason(disk, laid, make):
             project.demonstrations.add(make(2))
 
 
+@pytest.mark.parametrize("disk", ["bytes"], indirect=True)
 @pytest.mark.parametrize(("left", "name"), [("closed", "01"), ("killed", "02")])
 def test_a_disk_that_may_only_be_read_is_read_with_what_lies_in_the_journal(disk, laid, left, name):
     path = laid(disk / "study.forcelab", left)
@@ -132,6 +133,7 @@ def test_a_disk_that_may_only_be_read_is_read_with_what_lies_in_the_journal(disk
         assert project.demonstrations.infos()[0].name == name
 
 
+@pytest.mark.parametrize("disk", ["bytes"], indirect=True)
 def test_a_journal_that_cannot_be_read_there_is_told(disk, laid):
     path = laid(disk / "study.forcelab", "copied")
     subprocess.run(["mount", "-o", "remount,ro", str(disk)], check=True)

@@ -62,15 +62,13 @@ def change(path: Path, *statements: str) -> None:
 
 
 def assert_refused(path: Path, match: str, capsys) -> None:
-    """Opening is refused in one sentence, and the commands that delete or copy are too."""
+    """Opening is refused in one sentence, and the command that deletes is, too."""
     with pytest.raises(InputError, match=match) as refusal:
         Project.open(path).close()
     assert "\n" not in str(refusal.value)
     capsys.readouterr()
-    for command in (["list", str(path)], ["remove", str(path), "01", "--yes"]):
-        assert main(command) == 1
-        printed = capsys.readouterr().err
-        assert "Traceback" not in printed
+    assert main(["remove", str(path), "01", "--yes"]) == 1
+    assert "Traceback" not in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("video", ["{}/canary.mp4", "../../../canaries/canary.mp4", "signals.npy"])
@@ -81,12 +79,6 @@ def test_a_video_outside_its_folder_is_refused(path, stored, canaries, video, fi
     out = canaries.parent / "out.zip"
     assert main(["export", str(path), "--format", "archive", "--out", str(out)]) == 1
     assert not out.exists()
-
-
-@pytest.mark.parametrize("id_", ["../../canaries/victim", "../canaries", "..", "", "ABCDEF" * 6])
-def test_an_id_outside_the_project_is_refused(path, stored, canaries, id_, capsys):
-    change(path, f"UPDATE demonstration SET id = '{id_}'")
-    assert_refused(path, "damaged", capsys)
 
 
 @pytest.mark.parametrize("name", ["demonstrations", "recognisers"])
@@ -215,43 +207,38 @@ def test_a_version_below_zero_runs_no_migration_backwards(path, stored, capsys):
 
 
 @pytest.mark.parametrize(
-    "value",
+    "change_of",
     [
-        "name = x'ff00'",
-        "period = 0.0",
-        "period = -1.0",
-        "period = 9e999",
-        "grid_rate = 9e999",
-        "grid_rate = x'00'",
-        "duration = 'long'",
-        "samples = 'many'",
-        "samples = -5",
-        "channels = x'5b5d'",
-        "source = x'00'",
-        "video = 'video-0123456789abcdef'",
-        "video_rate = 1.0",
+        "demonstration SET id = '../../canaries/victim'",
+        "demonstration SET id = '../canaries'",
+        "demonstration SET id = '..'",
+        "demonstration SET id = ''",
+        "demonstration SET name = x'ff00'",
+        "demonstration SET period = 0.0",
+        "demonstration SET period = -1.0",
+        "demonstration SET period = 9e999",
+        "demonstration SET grid_rate = 9e999",
+        "demonstration SET grid_rate = x'00'",
+        "demonstration SET duration = 'long'",
+        "demonstration SET samples = 'many'",
+        "demonstration SET samples = -5",
+        "demonstration SET channels = x'5b5d'",
+        "demonstration SET source = x'00'",
+        "demonstration SET video = 'video-0123456789abcdef'",
+        "demonstration SET video_rate = 1.0",
+        "video SET offset = 9e999",
+        "video SET offset = 'soon'",
+        "video SET rate = 0.0",
+        "video SET file = x'00'",
+        "video SET name = x'00'",
+        "video SET position = -1",
+        "video SET position = 9e999",
+        f"demonstration SET id = '{'ABCDEF' * 6}'",
+        f"video SET demonstration = '{'0' * 32}'",
     ],
 )
-def test_values_that_no_forcelab_writes_are_refused(path, stored, value, capsys):
-    change(path, f"UPDATE demonstration SET {value}")
-    assert_refused(path, "damaged", capsys)
-
-
-@pytest.mark.parametrize(
-    "value",
-    [
-        "offset = 9e999",
-        "offset = 'soon'",
-        "rate = 0.0",
-        "file = x'00'",
-        "name = x'00'",
-        "position = -1",
-        "position = 9e999",
-        "demonstration = '" + 32 * "0" + "'",
-    ],
-)
-def test_values_of_a_video_that_no_forcelab_writes_are_refused(path, stored, value, capsys):
-    change(path, f"UPDATE video SET {value}")
+def test_values_that_no_forcelab_writes_are_refused(path, stored, canaries, change_of, capsys):
+    change(path, f"UPDATE {change_of}")
     assert_refused(path, "damaged", capsys)
 
 
@@ -279,6 +266,7 @@ def pipe_instead(file: Path) -> None:
         folder_instead,
         pipe_instead,
         lambda file: np.save(file, np.zeros((3, 3))),
+        lambda file: np.save(file, np.array([{}], dtype=object)),
         lambda file: np.save(file, np.zeros((500, 2), np.complex128)),
         lambda file: file.write_bytes(file.read_bytes() + b"more"),
         lambda file: file.write_bytes(b"PK\x03\x04" + file.read_bytes()),
@@ -348,7 +336,7 @@ def test_mutated_projects_end_in_a_sentence_and_touch_nothing_outside(tmp_path, 
     monkeypatch.syspath_prepend(Path(__file__).parents[1] / "fuzz")
     from stores import findings_of_stores
 
-    assert list(findings_of_stores(30, 0, tmp_path / "stores")) == []
+    assert list(findings_of_stores(12, 0, tmp_path / "stores")) == []
 
 
 def test_a_schema_with_bytes_that_are_no_text_is_one_sentence(path, stored, canaries):

@@ -117,6 +117,8 @@ def test_a_recogniser_that_did_not_get_into_the_store_is_gone_when_it_is_opened(
 
 
 def test_what_is_gone_or_damaged_is_told_with_the_cure(project, path, used):
+    with pytest.raises(InputError, match="no run 3"):
+        project.runs.get(3)
     with pytest.raises(InputError, match="There is no recogniser 'f00' in .* train it again"):
         project.runs.recogniser_path("f00")
     id_ = project.runs.add_recogniser("one", b"learnt", Provenance(labels=[used], **MADE))

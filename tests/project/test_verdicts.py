@@ -106,10 +106,11 @@ def test_a_verdict_on_what_is_not_there_is_refused(project, verdict, change, sen
     assert project.coding.verdict_events() == ()
 
 
-@pytest.mark.parametrize("table", ["edit", "assignment", "verdict"])
+@pytest.mark.parametrize("table", ["edit", "assignment", "verdict", "note"])
 def test_what_people_did_cannot_be_changed_replaced_or_deleted(project, id_, verdict, path, table):
     project.coding.assign(id_, "anna")
     project.coding.add_verdict(verdict)
+    project.coding.set_note(id_, "anna", "leave out")
     project.close()
     with closing(sqlite3.connect(path / "project.sqlite")) as store:
         before = store.execute(f"SELECT * FROM {table}").fetchall()
@@ -122,14 +123,6 @@ def test_what_people_did_cannot_be_changed_replaced_or_deleted(project, id_, ver
             with pytest.raises(sqlite3.IntegrityError, match="kept for ever"):
                 store.execute(wrong)
         assert store.execute(f"SELECT * FROM {table}").fetchall() == before
-
-
-def test_another_process_hears_of_a_verdict(project, verdict, path):
-    with Project.open(path) as other:
-        assert not other.changed_elsewhere()
-        project.coding.add_verdict(verdict)
-        assert other.changed_elsewhere()
-        assert other.coding.verdicts() == project.coding.verdicts()
 
 
 @pytest.fixture(params=[1, 2])
@@ -174,6 +167,7 @@ def test_an_older_project_that_may_only_be_read_is_read(old, verdict, monkeypatc
         assert project.tracks.history(verdict.demonstration, "anna") == history
         assert project.demonstrations.load(verdict.demonstration).id == verdict.demonstration
         assert project.coding.verdicts() == project.coding.verdict_events() == ()
+        assert project.coding.notes() == ()
         assert project.tracks.origins(verdict.demonstration, "anna") == {}
         with pytest.raises(InputError, match="may only be read here"):
             project.coding.add_verdict(verdict)

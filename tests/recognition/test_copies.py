@@ -200,15 +200,15 @@ def channel_of(demonstration, i):
     return replace(demonstration, signals=signals, channels=channels)
 
 
-def test_of_the_pairs_of_400_recordings_few_are_looked_at_twice_and_they_are_compared_once(
+def test_of_the_pairs_of_200_recordings_few_are_looked_at_twice_and_they_are_compared_once(
     monkeypatch,
 ):
-    items = [demonstration for demonstration, _ in synthetic_set(400)]
+    items = [demonstration for demonstration, _ in synthetic_set(200, rate=500.0)]
     looked_at = []
     likeness = copies.likeness
     monkeypatch.setattr(copies, "likeness", lambda *two: looked_at.append(two) or likeness(*two))
     assert find_copies(items) == alone(items)
-    assert len(looked_at) < 0.02 * 400 * 399 / 2
+    assert len(looked_at) < 0.02 * 200 * 199 / 2
     monkeypatch.setattr(copies, "measure_movements", None)
     assert find_copies(items) == alone(items)
 
@@ -229,9 +229,8 @@ def test_six_walks_with_a_watch_are_no_copies(real_file):
 
 
 @pytest.mark.real
-@pytest.mark.parametrize("file", ["soft_sig.pdl", "JPen_sig.pdl"])
-def test_real_recordings_are_far_from_copies_and_their_copies_are_found(file, real_file):
-    items = [item.demonstration for item in read_labelled(real_file(f"tongs/{file}"))]
+def test_real_recordings_are_far_from_copies_and_their_copies_are_found(real_file):
+    items = [item.demonstration for item in read_labelled(real_file("tongs/soft_sig.pdl"))]
     movements = copies.measure_movements([d.signals for d in items], [d.times for d in items])
     most = max(copies.likeness(*pair) for pair in combinations(movements, 2))
     assert most < 0.7 < ALIKE

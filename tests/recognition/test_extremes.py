@@ -11,14 +11,16 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import Segment
-from forcelab.recognition import ensemble
 from forcelab.recognition.cross_validation import leave_one_out_job
 from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.presets import preset
 from forcelab.recognition.training import train
 
+# What breaks careless code breaks small forests as well.
+pytestmark = pytest.mark.usefixtures("small_fits")
+
 RATE = 100.0
-NAMES = ("paper", "fast", "best", "ensemble")
+NAMES = ("paper", "best", "ensemble")
 THREE = labelled_set(3, rate=RATE)
 
 
@@ -40,14 +42,6 @@ def settings_of(name):
 @pytest.fixture(params=NAMES)
 def settings(request):
     return settings_of(request.param)
-
-
-@pytest.fixture(scope="module", autouse=True)
-def small_forests():
-    """A fifth of the trees: what breaks careless code breaks these as well."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(ensemble, "TREES", 10)
-        yield
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +115,7 @@ def test_an_action_in_a_single_demonstration(settings):
     recogniser = train(items, settings)
     assert "grab" in recogniser.actions
     predicted(recogniser, THREE[0].demonstration)
-    if settings.preset != "fast":
+    if settings.preset != "best":
         return
     evaluation = finish(leave_one_out_job(items, settings))
     assert any("grab (only in foam 01)" in remark for remark in evaluation.remarks)
@@ -147,8 +141,7 @@ def steps(seed, actions, each=8):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_more_actions_than_a_signed_byte_counts(name):
-    # Preset fast trains on every fifth decision: some of each action have to be among them.
-    item = steps(1, 130, each=8 if name != "fast" else 20)
+    item = steps(1, 130)
     settings = settings_of(name).replace(max_scale=4.0, windows=(0.01, 0.04))
     recogniser = train([item], settings)
     assert len(recogniser.actions) == 130
@@ -156,7 +149,7 @@ def test_more_actions_than_a_signed_byte_counts(name):
     assert agreement(recogniser, item) > (0.05 if name == "paper" else 0.8)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", ["paper", "best"])
 def test_a_thousand_channels(name):
     random = np.random.default_rng(1)
     channels = tuple(Channel(f"c{i}", "N") for i in range(1000))

@@ -460,10 +460,8 @@ def with_lag(logs, valid, t, lag, grammar, use):
     return decode(logs[steps], valid[steps], 0.02, grammar, use)[t]
 
 
-@pytest.mark.parametrize("gap", [3, 25, 26, 40], ids=lambda gap: f"gap of {gap}")
-@pytest.mark.parametrize(
-    ("use", "lag"), [("none", 3), ("durations", 0), ("order", 5), ("order", 30)]
-)
+@pytest.mark.parametrize("gap", [25, 26], ids=lambda gap: f"gap of {gap}")
+@pytest.mark.parametrize(("use", "lag"), [("none", 3), ("durations", 0), ("order", 30)])
 def test_each_step_is_what_decoding_gives_it_after_the_lag(use, lag, gap):
     rng = np.random.default_rng(lag)
     grammar = random_grammar(rng, 3, 0.1)

@@ -191,11 +191,10 @@ def test_an_evaluation_says_what_was_not_trained_on(right, wrong, mistaken):
     assert not any("contradict" in r for r in of_right)
 
 
-@pytest.mark.parametrize("count", [None, 3])
-def test_labels_that_are_left_out_have_no_say_in_what_is_trimmed(wrong, count):
-    parts = fold_groups([item.demonstration for item in wrong], count)
+def test_labels_that_are_left_out_have_no_say_in_what_is_trimmed(wrong):
+    parts = fold_groups([item.demonstration for item in wrong], 3)
     examples = prepared(wrong)
-    for group in parts[:3]:  # that with the wrong label, and others
+    for group in parts[:2]:  # that with the wrong label, and another
         poisoned = [
             replace(
                 example,

@@ -95,7 +95,7 @@ def test_an_action_that_a_part_has_not_got_has_no_column_there():
 
 
 def test_one_seed_gives_one_network_and_another_another():
-    X, y, groups = demonstrations()
+    X, y, groups = demonstrations(count=3, each=20)
     care = FitOptions(groups, calibrated=True)
     first, same, other = (
         finish(fit_ensemble("mlp", X, y, seed, care)).predict_proba(X) for seed in (3, 3, 4)
@@ -113,7 +113,7 @@ def test_a_long_epoch_pauses_so_that_it_can_be_cancelled(monkeypatch):
 
 @pytest.mark.parametrize("name", ["mlp", "trees-mlp"])
 def test_the_losses_of_left_out_demonstrations_are_told_epoch_by_epoch(name):
-    X, y, groups = demonstrations()
+    X, y, groups = demonstrations(count=3, each=20)
     steps = []
     fitted = finish(fit_ensemble(name, X, y, 0, FitOptions(groups, calibrated=True)), steps.append)
     known = [(step.done, step.loss) for step in steps if step.loss is not None]

@@ -14,6 +14,7 @@ import pytest
 from factories import FOREIGN_MODULE
 from sklearn.base import clone
 from sklearn.ensemble import (
+    GradientBoostingClassifier,
     HistGradientBoostingClassifier,
     RandomForestClassifier,
     StackingClassifier,
@@ -21,13 +22,14 @@ from sklearn.ensemble import (
 from sklearn.naive_bayes import GaussianNB
 from sklearn.neural_network import MLPClassifier
 from sklearn.pipeline import make_pipeline
-from sklearn.preprocessing import StandardScaler
+from sklearn.preprocessing import PolynomialFeatures, StandardScaler
 from sklearn.tree import DecisionTreeClassifier
 from skops import io as skops_io
 
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.recognition import plugins
+from forcelab.recognition.classifiers import _check_own
 from forcelab.recognition.cross_validation import leave_one_out_job
 from forcelab.recognition.estimators import ForceActionClassifier, ForceFeatures
 from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
@@ -150,6 +152,11 @@ def stacked():
     return StackingClassifier(members, final_estimator=DecisionTreeClassifier(), cv=2)
 
 
+def products():
+    """A forest that looks at more features than it was given."""
+    return make_pipeline(PolynomialFeatures(2), RandomForestClassifier(4))
+
+
 def check_kept(recogniser, path, demonstration):
     """What comes back from its file predicts the same."""
     save_recogniser(recogniser, path)
@@ -158,7 +165,9 @@ def check_kept(recogniser, path, demonstration):
     np.testing.assert_array_equal(kept.filtered, loaded.filtered)
 
 
-@pytest.mark.parametrize("factory", [scaled, forest, boosting, stacked, DecisionTreeClassifier])
+@pytest.mark.parametrize(
+    "factory", [scaled, forest, boosting, stacked, products, DecisionTreeClassifier]
+)
 def test_what_consists_of_scikit_learn_is_kept_as_it_is(three, path, factory):
     name = plugins.register_classifier(factory)
     recogniser = train(three[:2], QUICK.replace(classifier=name, stride=9))
@@ -363,6 +372,25 @@ def test_trees_within_point_at_their_own_nodes(three, path):
     state["nodes"]["left_child"][0] = 1 << 30
     tree.__setstate__(state)
     refuses_a_changed_tree(recogniser, path)
+
+
+def test_trees_behind_other_steps_ask_for_features_of_their_own(three, path):
+    name = plugins.register_classifier(products)
+    recogniser = train(three[:2], QUICK.replace(classifier=name, stride=9))
+    grown = recogniser.classifier[-1].estimators_[3]
+    state = grown.tree_.__getstate__()
+    state["nodes"]["feature"][0] = grown.n_features_in_
+    grown.tree_.__setstate__(state)
+    refuses_a_changed_tree(recogniser, path)
+
+
+def test_trees_of_gradient_boosting_have_its_features():
+    boosted = GradientBoostingClassifier(n_estimators=2)
+    boosted.fit(np.random.default_rng(0).standard_normal((40, 3)), np.arange(40) % 3)
+    _check_own(boosted, 3)
+    boosted.estimators_[1, 2].n_features_in_ = 1 << 30  # which it would not look at
+    with pytest.raises(ValueError, match="trees of its own features"):
+        _check_own(boosted, 3)
 
 
 # --- who may name a path, and where it counts ---------------------------------------------------

@@ -183,16 +183,16 @@ def test_the_band_that_decides_is_found(name, method, phase):
     assert weights[PLANTED] > 5 * found.bands_error[PLANTED]
 
 
-@pytest.mark.parametrize("name", ["mlp", "trees-mlp", "svm", "naive-bayes"])
+@pytest.mark.parametrize("name", ["mlp", "svm", "naive-bayes"])
 def test_standardised_features_in_units_of_any_size_are_explained_as_well(name):
     random = np.random.default_rng(7)
-    y = np.arange(300) % 2
+    y = np.arange(180) % 2
     units = np.geomspace(1e-3, 1e3, Q * K)
-    X = random.normal(size=(300, Q * K))
+    X = random.normal(size=(180, Q * K))
     column = PLANTED[0] * K + PLANTED[1]
     X[:, column] += 6.0 * (y - 0.5)
     X *= units
-    options = FitOptions(np.arange(300) // 50, calibrated=True, standardised=True)
+    options = FitOptions(np.arange(180) // 60, calibrated=True, standardised=True)
     *_, last = fit_classifier(name, X, y, 0, True, options)
     recogniser = Recogniser(QUICK_SETTINGS, 1.0, (), ("hold", "grab"), {}, last.classifier)
     scorer = make_scorer(recogniser)

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from forcelab.jobs import finish
 from forcelab.signals.minmax import (
     CHUNK,
-    MANY,
     SIZES,
     Columns,
     Envelope,
@@ -233,25 +232,6 @@ def test_what_is_looked_at_does_not_grow_with_the_samples():
         looked_at.append(sum(e.blocks.size for e in columns.ends) + np.diff(bounds)[::2].sum())
     assert columns.pyramid
     assert max(looked_at) < 100 * 400
-
-
-@given(seed=st.integers(0, 2**32 - 1), kind=st.sampled_from(["even", "late", "apart", "uneven"]))
-@settings(max_examples=30, deadline=None)
-def test_columns_of_a_long_recording_hold_what_a_search_finds(seed, kind):
-    random = np.random.default_rng(seed)
-    times = np.arange(MANY) / 1000.0 + random.uniform(-50.0, 50.0)
-    if kind == "late":
-        times += random.uniform(0.0, 9e-4, MANY)
-    elif kind == "apart":
-        times[random.integers(1, MANY) :] += random.uniform(0.01, 100.0)
-    elif kind == "uneven":
-        times = np.cumsum(random.exponential(1e-3, MANY) + 1e-9)
-    inside = random.choice(times, 50)
-    edges = np.concatenate([inside, random.uniform(times[0] - 9, times[-1] + 9, 50)])
-    edges = np.sort(np.concatenate([edges, np.nextafter(inside, np.inf), times[[0, -1]]]))
-    columns = Columns(times, edges)
-    np.testing.assert_array_equal(columns.firsts, np.searchsorted(times, edges[:-1]))
-    np.testing.assert_array_equal(columns.lasts, np.searchsorted(times, edges[1:]))
 
 
 def test_the_bound_on_what_is_looked_at_without_a_pyramid_holds():

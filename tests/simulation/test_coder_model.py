@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from forcelab.errors import InputError
 from forcelab.labels import Segment, Track, to_codes
 from forcelab.recognition.metrics import count, pool
 from forcelab.simulation.coder_model import CODERS, Coder, Coding, Confusion, Mistake, code
@@ -400,23 +399,3 @@ def test_the_two_coders_differ_and_neither_is_the_truth():
             mine += [start - done.actions[2].start for start in holds]
     ines, tomas = map(np.mean, late)
     assert 0 < ines < tomas < 0.2
-
-
-@pytest.mark.parametrize(
-    ("make", "sentence"),
-    [
-        (lambda: Coder("model paper"), "'model paper' is no coder"),
-        (lambda: Coder(" "), "is no coder"),
-        (lambda: Coder("Ada", ramp=-0.1), "ramp of 'Ada' must be finite and not negative"),
-        (lambda: Coder("Ada", gap=float("inf")), "gap of 'Ada' must be finite"),
-        (lambda: Coder("Ada", short=float("nan")), "short of 'Ada' must be finite"),
-        (lambda: Coder("Ada", lag=float("nan")), "lag of 'Ada'"),
-        (lambda: Coder("Ada", starts={"grab": float("inf")}), "at each start, must be finite"),
-        (lambda: Coder("Ada", overlooked=1.1), "probability from 0 to 1, not 1.1"),
-        (lambda: Coder("Ada", neighbour=-0.1), "probability from 0 to 1, not -0.1"),
-        (lambda: Confusion("slip", "pull", float("nan")), "Taking 'slip' for 'pull' needs"),
-    ],
-)
-def test_what_is_no_coder_is_refused_with_a_sentence(make, sentence):
-    with pytest.raises(InputError, match=sentence):
-        make()

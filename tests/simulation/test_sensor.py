@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import welch
 
-from forcelab.errors import InputError
 from forcelab.simulation.sensor import CHANNELS, Sensor, record
 
 RATE = 4000.0
@@ -226,40 +225,3 @@ def test_drawn_devices_lie_where_real_ones_were_measured_and_differ():
     assert np.median(noise[:, normal]) == pytest.approx(0.0074, rel=0.3)
     assert 0.3 < np.abs(offset).max() <= 0.4
     assert len({device.bandwidth for device in devices}) == 60
-
-
-# --- refusals -----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("forces", "rate", "at", "sentence"),
-    [
-        (np.zeros((100, 3)), 4000.0, 1000.0, "six columns of finite numbers"),
-        (np.full((100, 6), np.nan), 4000.0, 1000.0, "six columns of finite numbers"),
-        (np.zeros((100, 6)), 4000.0, 5000.0, "4000 Hz cannot be recorded at 5000 Hz"),
-        (np.zeros((100, 6)), 4000.0, 0.0, "cannot be recorded at 0 Hz"),
-        (np.zeros((100, 6)), 4000.0, float("nan"), "cannot be recorded at nan Hz"),
-        (np.zeros((4, 6)), 4000.0, 1000.0, "4 forces at 4000 Hz are too short"),
-    ],
-)
-def test_what_cannot_be_recorded_is_refused_with_a_sentence(forces, rate, at, sentence):
-    with pytest.raises(InputError, match=sentence):
-        record(forces, rate, at, Sensor(), np.random.default_rng(0))
-
-
-@pytest.mark.parametrize(
-    ("changed", "sentence"),
-    [
-        ({"counts": 800.0}, r"Sensor.counts must be finite, of shape \(6,\)"),
-        ({"counts": 0 * SIX}, "Sensor.counts must not be 0"),
-        ({"noise": np.nan * SIX}, "Sensor.noise must be finite"),
-        ({"noise": -1e-3 * SIX}, "Sensor.noise must not be -0.001"),
-        ({"bandwidth": 0.0}, "Sensor.bandwidth must not be 0"),
-        ({"loss_length": 0.5}, "Sensor.loss_length must not be 0.5"),
-        ({"losses": float("inf")}, "Sensor.losses must be a finite number"),
-        ({"response": np.eye(3)}, r"Sensor.response must be finite, of shape \(6, 6\)"),
-    ],
-)
-def test_a_sensor_that_cannot_be_is_refused_with_a_sentence(changed, sentence):
-    with pytest.raises(InputError, match=sentence):
-        Sensor(**changed)

@@ -83,12 +83,12 @@ def test_soft_lanes_take_few_steps_beside_a_stiff_one_and_are_left_out_when_fini
 
     system = Counted(m=0.01, k=[1e2, 1e2, 1e2, 1e6])
     start = np.array([[1e-3] * 4, [0.0] * 4])
-    steps = integrate(system, start, np.linspace(0, 0.05, 11), Rosenbrock()).steps
+    steps = integrate(system, start, np.linspace(0, 0.02, 11), Rosenbrock()).steps
     assert (steps[:3] < 60).all()
-    assert steps[3] > 500
+    assert steps[3] > 200
     # A look at the derivatives takes four columns of each lane.
     assert sizes.count(4 * 4) < 130
-    assert sizes.count(4 * 1) > 400
+    assert sizes.count(4 * 1) > 160
 
 
 @pytest.mark.parametrize("solver", ALL, ids=NAMES)
@@ -112,23 +112,6 @@ def test_time_need_not_start_at_zero(solver):
     times = np.linspace(0, 0.05, 26)
     early, late = (integrate(system, start, times + t, solver) for t in (0.0, 7.0))
     assert np.abs(early.states - late.states)[:, 0].max() < 1e-8
-
-
-def test_the_settings_and_the_start_are_looked_at():
-    with pytest.raises(InputError, match=r"Explicit.tolerance must be finite and above zero"):
-        Explicit(0.0)
-    with pytest.raises(InputError, match=r"Rosenbrock.longest must be finite and above zero"):
-        Rosenbrock(longest=float("inf"))
-    system, start = driven()
-    times = np.linspace(0, 1, 5)
-    with pytest.raises(InputError, match=r"numbers of shape \(2, 2\), not of shape \(2,\)"):
-        integrate(system, start[0], times, Explicit())
-    start[1, 1] = np.nan
-    with pytest.raises(InputError, match="The start of demonstration 2 is not finite"):
-        integrate(system, start, times, Explicit())
-    for wrong in (np.zeros(1), np.array([0, 1, 3.0]), np.array([1, 0.5, 0]), np.array([0, np.nan])):
-        with pytest.raises(InputError, match="two or more, evenly spaced"):
-            integrate(system, np.zeros((2, 2)), wrong, Explicit())
 
 
 SOLVERS = [Explicit(1e-6), Rosenbrock(1e-6), Lsoda(1e-7), Radau(1e-6)]
@@ -287,8 +270,8 @@ def test_an_event_function_that_is_not_a_number_is_refused(solver):
         integrate(Torn(), np.array([[0.0], [1.0]]), np.linspace(0, 0.3, 31), solver)
 
 
-STIFFNESSES = [1e1, 1e3, 1e5, 1e6, 1e8]
-MASSES = [1e-6, 1e-4, 1e-2, 1.0, 1e2]
+STIFFNESSES = [1e1, 1e4, 1e6, 1e8]
+MASSES = [1e-6, 1e-2, 1e2]
 ADAPTIVE = [Explicit(max_steps=1500), Lsoda(1e-5, max_steps=1500), Radau(max_steps=400)]
 EVERY = [*ADAPTIVE, Rosenbrock(max_steps=1500)]
 DURATION = 1e-3

@@ -25,7 +25,7 @@ from forcelab.video.motion import measuring_motion
 from forcelab.video.reader import LEAD, Decoder, DecoderPool, Thumbnails, VideoReader
 
 #: Steps in each direction; FORCELAB_VIDEO_STEPS=500 for the whole proof.
-STEPS = int(os.environ.get("FORCELAB_VIDEO_STEPS", "60"))
+STEPS = int(os.environ.get("FORCELAB_VIDEO_STEPS", "40"))
 COUNT = max(STEPS + 60, 270)
 #: So few frames are kept that most have to be decoded again.
 SMALL = 24 * VIDEO_WIDTH * VIDEO_HEIGHT * 3

@@ -58,7 +58,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Print how far coders agree, and where they do not."""
     same = tuple(arguments.same) if arguments.same else None
     chosen = dict.fromkeys([*arguments.authors, *(same or ())]) if arguments.authors else ()
     with Project.open(arguments.project) as project:

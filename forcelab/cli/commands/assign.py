@@ -35,7 +35,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Assign demonstrations to a coder, and print what is assigned."""
     with Project.open(arguments.project) as project:
         infos = {info.id: info for info in project.demonstrations.infos()}
         chosen = _selected_ids(project, infos, arguments)

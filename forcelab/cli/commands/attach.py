@@ -41,7 +41,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Copy a video into the project, beside the demonstration that it shows."""
     clock = ClockMap(arguments.offset)
     with Project.open(arguments.project) as project:
         demonstration = project.demonstrations.load(arguments.demonstration)

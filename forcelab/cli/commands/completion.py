@@ -42,7 +42,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Print the script of one shell."""
     print(completion_script(arguments.shell))
 
 

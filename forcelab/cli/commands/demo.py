@@ -57,7 +57,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Make the sample project or write the example recordings, and tell what there is."""
     if arguments.files is not None:
         if arguments.folder is not None:
             raise UsageError(f"--files makes no project; leave out '{arguments.folder}'.")

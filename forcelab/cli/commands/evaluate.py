@@ -167,7 +167,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Evaluate, print the scores, and write what was asked for."""
     settings = settings_from(arguments)
     if arguments.jobs is not None and arguments.jobs < 1:
         raise UsageError(f"--jobs is 1 or more, not {arguments.jobs}.")

@@ -81,7 +81,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Write tracks, or the whole project, into a folder."""
     chosen = arguments.task or arguments.demo or arguments.author
     if chosen and arguments.format == "archive":
         raise UsageError("An archive holds the whole project; leave out what chooses of it.")

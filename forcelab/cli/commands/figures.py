@@ -26,7 +26,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Draw the wavelet figure and the cluster figure into a folder."""
     from forcelab.gui.figures.clusters import cluster_figure
     from forcelab.gui.figures.wavelets import wavelet_figure
 

@@ -68,7 +68,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Open the window, or draw it into a file and tell its name."""
     dialog, *files = arguments.dialog or ("",)
     if dialog and dialog not in DIALOGS:
         raise UsageError(unknown_word("dialog", dialog, DIALOGS))

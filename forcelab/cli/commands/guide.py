@@ -28,7 +28,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Write the guide, open its window, or print a page."""
     page = read_page(arguments.page or CONTENTS[0])
     if arguments.out is None and (arguments.json or not has_display()):
         content = {"page": page.name, "title": page.title, "text": page.text}

@@ -57,7 +57,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Write the desktop entry and what goes with it, or remove all of it."""
     if not sys.platform.startswith("linux"):
         raise InputError(
             "A launcher can be installed on Linux only; elsewhere, make a shortcut to the program "

@@ -36,7 +36,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Print the demonstrations, recognisers and runs of a project."""
     with Project.open(arguments.project) as project:
         infos = project.demonstrations.infos(arguments.task)
         if arguments.task is not None:

@@ -33,7 +33,6 @@ def add_options(_: argparse.ArgumentParser) -> None:
 
 
 def run(_: argparse.Namespace) -> None:
-    """Print the page."""
     print(manual_page(), end="")
 
 

@@ -27,7 +27,7 @@ from importlib import import_module
 from pathlib import Path
 
 from forcelab.cli.files import check_figure, check_outputs, save_figure
-from forcelab.cli.options import UsageError, add_author, add_task, join_scheduler
+from forcelab.cli.options import UsageError, add_author, add_scheduler, add_task, join_scheduler
 from forcelab.cli.output import STANDARD_OUTPUT, printable, progress_bar, report, table
 from forcelab.errors import ForcelabError
 from forcelab.jobs import Progress, finish
@@ -51,11 +51,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("recognition")
     add_task(group, "only this; may be repeated", action="append")
     add_author(group, "the coder whose labels to use (the one with the most)")
-    group.add_argument(
-        "--scheduler",
-        metavar="ADDRESS",
-        help="share the work among the workers of the Dask scheduler that runs there",
-    )
+    add_scheduler(group)
     group.add_argument(
         "--thorough",
         action="store_true",
@@ -82,7 +78,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Measure, print the table, and write what was asked for."""
     figure: Path | None = arguments.figure
     check_outputs([arguments.json, figure], [arguments.project])
     _check(arguments)
@@ -97,7 +92,6 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _measure(arguments: argparse.Namespace) -> None:
-    """Measure one thing."""
     with progress_bar("measuring") as watch:
         measured = finish(_job(arguments.what, arguments), watch)
     figure: Path | None = arguments.figure

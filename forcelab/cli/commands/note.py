@@ -31,7 +31,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Write a coder's note on a demonstration, and print the notes."""
     author, key, text = arguments.author, arguments.demonstration, arguments.text
     if text is not None and author is None:
         raise UsageError("Nobody was named; say whose note it is with --author NAME.")

@@ -18,7 +18,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from forcelab.cli.options import UsageError, add_json, add_project
+from forcelab.cli.options import UsageError, add_demonstration, add_json, add_project
 from forcelab.cli.output import json_text, printable, progress_bar, table
 from forcelab.cli.settings_options import add_changes, settings_from
 from forcelab.demonstration import Demonstration
@@ -55,7 +55,7 @@ class Part:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     add_project(parser)
-    parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
+    add_demonstration(parser)
     parser.add_argument(
         "--recogniser", metavar="FILE", type=Path, help="use a recogniser's settings"
     )
@@ -66,7 +66,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Print what is computed, what is left out and, if asked for, what either costs."""
     settings = settings_from(arguments)
     if arguments.recogniser is not None:
         if settings != preset("paper"):

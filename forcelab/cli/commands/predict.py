@@ -60,7 +60,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Recognise every demonstration, then print or write the predicted tracks."""
     inputs = [arguments.recogniser, *arguments.sources]
     out: Path | None = arguments.out
     if not _is_folder(out):

@@ -59,7 +59,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Say what would go with demonstrations, runs and recognisers, or remove them."""
     if not (arguments.demonstrations or arguments.run or arguments.recogniser):
         raise UsageError("Name what is to be removed: demonstrations, --run or --recogniser.")
     if arguments.video is not None and not arguments.demonstrations:

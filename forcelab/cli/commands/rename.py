@@ -31,7 +31,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Rename an action in a coder's labels, or merge it into another one."""
     tasks = arguments.task
     renaming = arguments.author, arguments.old, arguments.new, tasks
     with Project.open(arguments.project) as project:

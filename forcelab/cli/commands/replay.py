@@ -62,7 +62,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Play a demonstration through pseudo-terminals until it ends or Ctrl+C."""
     calibration = arguments.calibration or asset("calibrations", "3-axis-40N.toml")
     with Project.open(arguments.project) as project:
         demonstration = project.demonstrations.load(arguments.demonstration)

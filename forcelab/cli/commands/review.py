@@ -62,7 +62,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Print the queue of a run and the verdicts on it."""
     if arguments.limit is not None and arguments.limit < 1:
         raise UsageError(f"--limit is 1 or more, not {arguments.limit}.")
     with Project.open(arguments.project) as project:

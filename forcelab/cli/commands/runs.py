@@ -35,7 +35,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """List the runs of a project, or compare two."""
     with Project.open(arguments.project) as project:
         if arguments.compare is not None:
             comparison = compare_runs(*(load_run(project, number) for number in arguments.compare))

@@ -50,7 +50,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Simulate demonstrations into a project and tell what became of them."""
     try:
         task = task_named(arguments.task)
         recipes = origins(task, arguments.count, arguments.seed, arguments.rate)

@@ -53,7 +53,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Propose the clock of a demonstration's video, or set it."""
     by_hand = arguments.offset is not None or arguments.rate is not None
     if by_hand and arguments.accept:
         raise UsageError("Give either --accept or a clock by --offset and --rate, not both.")

@@ -44,7 +44,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Train and write the recogniser."""
     settings = settings_from(arguments)
     out: Path = arguments.out
     printed = out == STANDARD_OUTPUT

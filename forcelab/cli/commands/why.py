@@ -35,7 +35,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Explain what a run predicted at a time of a demonstration."""
     with Project.open(arguments.project) as project:
         demonstration = project.demonstrations.load(arguments.demonstration)
         outcome = _outcome(project, demonstration.id, demonstration.task, arguments.run)

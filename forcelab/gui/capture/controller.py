@@ -29,7 +29,6 @@ from forcelab.gui.capture.live_model import LiveModelController
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.shortcuts import keys
-from forcelab.gui.text import thousands
 from forcelab.vocabulary import Action, Vocabulary
 
 if TYPE_CHECKING:
@@ -99,9 +98,7 @@ class LastRecording(QObject):
         self.recording: SavedRecording | None = None
         #: The folder of the project that it is in.
         self.path: Path | None = None
-        self._timer = QTimer(self)
-        self._timer.setSingleShot(True)
-        self._timer.setInterval(CONFIRM_MS)
+        self._timer = QTimer(self, singleShot=True, interval=CONFIRM_MS)
         self._timer.timeout.connect(self.changed)
 
     @property
@@ -168,12 +165,9 @@ class CaptureController(QObject):
         self.last_recording.changed.connect(self.changed)
         self._path: Path | None = None  # of the project into which is recorded
         self._state_asked = 0.0
-        self._timer = QTimer(self)
-        self._timer.setTimerType(Qt.TimerType.PreciseTimer)
-        self._timer.setInterval(HIDDEN_MS)
+        self._timer = QTimer(self, timerType=Qt.TimerType.PreciseTimer, interval=HIDDEN_MS)
         self._timer.timeout.connect(self._tick)
-        self._countdown_timer = QTimer(self)
-        self._countdown_timer.setInterval(1000)
+        self._countdown_timer = QTimer(self, interval=1000)
         self._countdown_timer.timeout.connect(self._count_down)
         document.project_changed.connect(self._check_project)
 
@@ -535,5 +529,5 @@ class CaptureController(QObject):
 
 
 def _saved_text(recording: SavedRecording) -> str:
-    name, samples = recording.added.name, thousands(recording.samples)
-    return f"'{name}' is kept: {recording.seconds:.1f} s, {samples} samples."
+    name, samples = recording.added.name, recording.samples
+    return f"'{name}' is kept: {recording.seconds:.1f} s, {samples:,} samples."

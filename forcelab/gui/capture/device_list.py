@@ -1,34 +1,57 @@
-"""Devices and cameras: what is plugged in, what was added by hand, and what is chosen."""
+"""Devices and cameras: what is plugged in, what was added by hand, and what is chosen.
+
+A recorded demonstration can be chosen, too, and plays as a device.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
+from urllib.parse import unquote
 
-from PySide6.QtCore import QEvent, QPoint, Qt, Signal
+from PySide6.QtCore import QEvent, QPoint, QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
+    QCheckBox,
+    QDialog,
+    QFormLayout,
     QHBoxLayout,
+    QHeaderView,
     QLabel,
     QLineEdit,
     QListWidget,
     QListWidgetItem,
     QMenu,
-    QPushButton,
     QSizePolicy,
+    QTreeWidget,
+    QTreeWidgetItem,
     QVBoxLayout,
     QWidget,
 )
 
-from forcelab.errors import InputError
+from forcelab.errors import ForcelabError, InputError
 from forcelab.gui import settings
 from forcelab.gui.capture.controller import CaptureController
-from forcelab.gui.capture.recorded_device import RecordedDeviceDialog, recorded_lines
+from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES
-from forcelab.gui.file_dialogs import ask_file
+from forcelab.gui.file_dialogs import ask_file, ask_folder
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.layout import UNLIMITED, emphasise, set_enabled_with_reason
+from forcelab.gui.layout import (
+    UNLIMITED,
+    dialog_buttons,
+    emphasise,
+    fill_layout,
+    push_button,
+    resize_on_screen,
+    search_field,
+    set_enabled_with_reason,
+    toned_label,
+)
+from forcelab.gui.text import contains_words
 from forcelab.gui.theme import colours, themes
+from forcelab.gui.widgets import ElidedComboBox
+from forcelab.project import DemonstrationInfo, Project
 
 if TYPE_CHECKING:
     from forcelab.capture.discovery import FoundCamera, FoundPort
@@ -92,22 +115,16 @@ class DeviceRows(QListWidget):
             if item.data(_KIND) == kind and item.checkState() == Qt.CheckState.Checked
         )
 
-    def add_row(
-        self,
-        name: str,
-        description: str = "",
-        usable: bool = True,
-        device: FoundDevice | None = None,
-    ) -> QListWidgetItem:
+    def add_row(self, name: str, device: FoundDevice | None = None) -> QListWidgetItem:
         """Add a row by its name as it is typed, or give the one with that name.
 
-        `description` is in words; `usable` is whether it may be opened, and `device` how it was
-        found where it is plugged in.
+        `device` is how it was found where it is plugged in.
         """
         for row in self.all_items():
             if self.name_of(row) == name:
                 row.setData(_FOUND, found_as(row) if device is None else device)
                 return row
+        _, description, usable = device or ("", "", True)
         kind, _, rest = name.partition(":")
         short, _, options = name.partition("?")
         if kind == "replay":
@@ -147,6 +164,147 @@ def found_as(item: QListWidgetItem) -> FoundDevice | None:
     return device
 
 
+#: What the choice of projects says after them.
+ANOTHER = "Another project…"
+#: Data of a row: the demonstration.
+_INFO = Qt.ItemDataRole.UserRole
+
+
+def recorded_lines(port: str, options: str) -> list[str]:
+    """The rows of text for a device that plays a demonstration, by the parts of its name."""
+    values = dict(part.split("=", 1) for part in options.split("&") if "=" in part)
+    name, project = unquote(values.get("demonstration", "")), Path(unquote(port)).name
+    end = "stops at its end" if values.get("loop") == "no" else "begins again at its end"
+    return [name, f"plays as recorded in {project}", end]
+
+
+class RecordedDeviceDialog(QDialog):
+    """Choose a project, first the one that is open, and one of its demonstrations."""
+
+    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Add a recorded demonstration")
+        resize_on_screen(self, QSize(520, 480))
+        self._document = document
+        self._infos: Sequence[DemonstrationInfo] = ()
+        self._row = 0  # of the chosen project
+        what = QLabel(
+            "It plays in real time with the channels, units and rate it was recorded with, as if "
+            "its sensors were plugged in."
+        )
+        what.setWordWrap(True)
+        self.project = ElidedComboBox()
+        self.project.setAccessibleName("Project of the demonstration")
+        self._list_projects()
+        self.search = search_field("Search by name or task", "Search demonstrations to play")
+        self.search.textChanged.connect(self._list_demonstrations)
+        self.demonstrations = QTreeWidget()
+        self.demonstrations.setRootIsDecorated(False)
+        self.demonstrations.setUniformRowHeights(True)
+        self.demonstrations.setHeaderLabels(["Demonstration", "Task", "Length", "Channels"])
+        header = self.demonstrations.header()
+        header.setStretchLastSection(False)
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        self.demonstrations.setAccessibleName("Demonstration to play")
+        self.demonstrations.setTextElideMode(NAMES)
+        self.demonstrations.itemDoubleClicked.connect(self.accept)
+        self.demonstrations.currentItemChanged.connect(self._update)
+        self.loop = QCheckBox("Loop; otherwise it stops at its end, as if it were unplugged")
+        self.loop.setChecked(True)
+        self._problem = toned_label("trouble")
+        self._problem.setVisible(False)
+        form = QFormLayout()
+        form.addRow("Project", self.project)
+        buttons, self.add_button = dialog_buttons(self, "Add the device", "&Add device")
+        column = fill_layout(QVBoxLayout(self), what, form, self.search, (self.demonstrations, 1))
+        fill_layout(column, self._problem, self.loop, buttons)
+        self.add_button.setDefault(True)
+        self.project.activated.connect(self._project_chosen)
+        self._load()
+        self.search.setFocus()
+
+    @property
+    def device(self) -> str:
+        """The name of the chosen device, as it is typed; empty while none is chosen."""
+        from forcelab.capture.device_names import quote_value  # loads what talks to devices
+
+        info = self._chosen()
+        if info is None:
+            return ""
+        alike = sum(other.name == info.name for other in self._infos)
+        name = info.name if alike == 1 else info.id
+        once = "" if self.loop.isChecked() else "&loop=no"
+        path = quote_value(str(self.project.currentData()))
+        return f"replay:{path}?demonstration={quote_value(name)}{once}"
+
+    def _list_projects(self) -> None:
+        """The open project, those opened last, and a way to any other."""
+        project = self._document.project
+        here = None if project is None else project.path.resolve()
+        if here is not None:
+            self.project.addItem(f"This project ({here.name})", here)
+        for path in settings.recent_projects():
+            if path != here and settings.is_folder(path):
+                self.project.addItem(f"{path.name} in {path.parent}", path)
+        self.project.insertSeparator(self.project.count())
+        self.project.addItem(ANOTHER)
+
+    def _project_chosen(self, row: int) -> None:
+        """Show the demonstrations of a project; of another one once its folder is chosen."""
+        if self.project.itemText(row) == ANOTHER:
+            path = ask_folder(self, "Project of the demonstration", "project")
+            if path is not None:
+                self._row = row - 1  # above the line
+                self.project.insertItem(self._row, f"{path.name} in {path.parent}", path)
+            self.project.setCurrentIndex(self._row)
+        self._row = self.project.currentIndex()
+        self._load()
+
+    def _load(self) -> None:
+        """Read which demonstrations the project has."""
+        self._infos, problem = (), ""
+        path, project = self.project.currentData(), self._document.project
+        if project is not None and path == project.path.resolve():
+            self._infos = self._document.infos
+        elif path is not None:
+            try:
+                with Project.open(path) as opened:
+                    self._infos = opened.demonstrations.infos()
+            except ForcelabError as error:
+                problem = str(error)
+        self._problem.setText(problem)
+        self._problem.setVisible(bool(problem))
+        self._list_demonstrations()
+
+    def _list_demonstrations(self) -> None:
+        """List what is searched for; at first the one that is open is chosen."""
+        self.demonstrations.clear()
+        for info in self._infos:
+            if not contains_words(f"{info.task} {info.name}", self.search.text()):
+                continue
+            sent = f"{len(info.channels)} at {info.samples / info.duration:.0f} Hz"
+            row = QTreeWidgetItem([info.name, info.task, f"{info.duration:.1f} s", sent])
+            row.setData(0, _INFO, info)
+            row.setToolTip(0, info.name)
+            row.setToolTip(3, " ".join(channel.name for channel in info.channels))
+            self.demonstrations.addTopLevelItem(row)
+            if info.id == self._document.id:
+                self.demonstrations.setCurrentItem(row)
+        if self._chosen() is None and (first := self.demonstrations.topLevelItem(0)) is not None:
+            self.demonstrations.setCurrentItem(first)
+        self._update()
+
+    def _chosen(self) -> DemonstrationInfo | None:
+        row = self.demonstrations.currentItem()
+        info: DemonstrationInfo | None = None if row is None else row.data(0, _INFO)
+        return info
+
+    def _update(self) -> None:
+        empty = "No demonstration here has that name." if self._infos else "There is none to play."
+        set_enabled_with_reason(self.add_button, "" if self._chosen() else empty)
+
+
 #: The keys of the jobs that look.
 SEARCH_JOB, STREAM_JOB = "capture: what is plugged in", "capture: streams in the network"
 #: Where the devices that were ticked last are remembered.
@@ -167,11 +325,8 @@ class DeviceList(QWidget):
         self._choosing = True
         self.rows = DeviceRows()
         self.rows.setAccessibleName("Devices and cameras")
-        self.refresh_button = QPushButton("Refresh")
-        self.refresh_button.setAccessibleName("Refresh the list of devices")
-        self.refresh_button.clicked.connect(self.refresh)
-        self.entry = QLineEdit()
-        self.entry.setPlaceholderText("optoforce:PORT?calibration=FILE")
+        self.refresh_button = push_button("Refresh", self.refresh, "Refresh the list of devices")
+        self.entry = QLineEdit(placeholderText="optoforce:PORT?calibration=FILE")
         self.entry.setToolTip(
             "A device by its name: optoforce:PORT, text:PORT, encoder:PORT, netft:ADDRESS, "
             "lsl:STREAM or replay:PROJECT with options behind a question mark; or camera:NUMBER. "
@@ -179,16 +334,18 @@ class DeviceList(QWidget):
         )
         self.entry.setAccessibleName("Add a device by its name")
         self.entry.returnPressed.connect(self._add_entry)
-        self.calibration_button = QPushButton("Calibration…")
-        self.calibration_button.setAccessibleName("Choose the device's calibration file")
-        self.calibration_button.setToolTip(
-            "A file that makes newtons of the counts of the chosen OptoForce DAQ"
+        self.calibration_button = push_button(
+            "Calibration…",
+            self._ask_calibration,
+            "Choose the device's calibration file",
+            "A file that makes newtons of the counts of the chosen OptoForce DAQ",
         )
-        self.calibration_button.clicked.connect(self._ask_calibration)
-        self.recorded_button = QPushButton("Recorded demonstration…")
-        self.recorded_button.setAccessibleName("Add a recorded demonstration as a device")
-        self.recorded_button.setToolTip("Play a demonstration as if its sensors were plugged in")
-        self.recorded_button.clicked.connect(self._ask_recorded)
+        self.recorded_button = push_button(
+            "Recorded demonstration…",
+            self._ask_recorded,
+            "Add a recorded demonstration as a device",
+            "Play a demonstration as if its sensors were plugged in",
+        )
         self.rows.currentItemChanged.connect(self._update_notes)
         self.rows.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         self.rows.customContextMenuRequested.connect(self._show_menu)
@@ -200,18 +357,10 @@ class DeviceList(QWidget):
         self.nothing.setWordWrap(True)
         heading = QLabel("Devices")
         emphasise(heading)
-        top = QHBoxLayout()
-        top.addWidget(heading, 1)
-        top.addWidget(self.refresh_button)
+        top = fill_layout(QHBoxLayout(), (heading, 1), self.refresh_button)
         self.nothing.setAlignment(Qt.AlignmentFlag.AlignTop)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addLayout(top)
-        column.addWidget(self.rows, 1)
-        column.addWidget(self.nothing, 1)
-        column.addWidget(self.calibration_button)
-        column.addWidget(self.recorded_button)
-        column.addWidget(self.entry)
+        column = fill_layout(QVBoxLayout(self), top, (self.rows, 1), (self.nothing, 1), margins=0)
+        fill_layout(column, self.calibration_button, self.recorded_button, self.entry)
         for name in settings.strings(BY_HAND):
             self.rows.add_row(name)
         self._update_notes()
@@ -304,8 +453,7 @@ class DeviceList(QWidget):
         if item is None or not sends_counts(item):
             return
         name = self.rows.name_of(item)
-        kinds = "Calibration files (*.toml)"
-        file = ask_file(self, "Calibration file", "calibration", kinds)
+        file = ask_file(self, "Calibration file", "calibration", "Calibration files (*.toml)")
         if file is not None:
             self._rename(name, with_calibration(name, file))
 
@@ -319,8 +467,7 @@ class DeviceList(QWidget):
         device = found_as(item)
         self.rows.takeItem(self.rows.row(item))
         settings.store(BY_HAND, [item for item in settings.strings(BY_HAND) if item != old])
-        description, usable = ("", True) if device is None else device[1:]
-        row = self.rows.add_row(name, description, usable, device=device)
+        row = self.rows.add_row(name, device)
         if device is None or name != device[0]:
             self.add(name)
         row.setCheckState(Qt.CheckState.Checked)
@@ -328,7 +475,6 @@ class DeviceList(QWidget):
         self._update_notes()
 
     def _show_menu(self, at: QPoint) -> None:
-        """Show the menu of a device."""
         item = self.rows.itemAt(at)
         if item is None:
             return
@@ -363,9 +509,8 @@ class DeviceList(QWidget):
             return
         name = self.rows.name_of(item)
         if found_as(item) is not None:
-            self._controller.add_message(
-                "{} is plugged in; untick it to leave it out.".format(name.partition("?")[0])
-            )
+            plugged = name.partition("?")[0]
+            self._controller.add_message(f"{plugged} is plugged in; untick it to leave it out.")
             return
         self.rows.takeItem(self.rows.row(item))
         for key in (BY_HAND, TICKED):
@@ -405,19 +550,17 @@ class DeviceList(QWidget):
         ]
         found += [(name_stream(stream), stream.description, True) for stream in self._streams]
         for device in found:
-            plugged, description, usable = device
+            plugged, _, usable = device
             # What was said of a device by hand, such as its calibration, holds for it.
             matching = (n for n in ticked_first if n.partition("?")[0] == plugged)
             name = next(matching, plugged)
-            item = self.rows.add_row(name, description, usable, device=device)
+            item = self.rows.add_row(name, device)
             # The tongs are what one comes for: they need no click.
             if name in ticked or (nothing_ticked and plugged.startswith("optoforce:") and usable):
                 item.setCheckState(Qt.CheckState.Checked)
         for camera in cameras:
             name = f"camera:{camera.device.removeprefix('/dev/video')}"
-            self.rows.add_row(
-                name, camera.name, camera.usable, device=(name, camera.name, camera.usable)
-            )
+            self.rows.add_row(name, (name, camera.name, camera.usable))
         for name in (*by_hand, *settings.strings(BY_HAND)):
             remembered = name in ticked or name in settings.strings(BY_HAND)
             if remembered and name not in self.rows.names():

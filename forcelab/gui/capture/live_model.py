@@ -94,7 +94,7 @@ class LiveModelController(QObject):
         self.problem = ""
         #: Whether its view is.
         self.visible = False
-        self._connected = self._running = False
+        self._connected = False
         self._painted_until = 0.0
         #: Seconds from the force to its label on the screen, of the last frames.
         self.delays: deque[float] = deque(maxlen=FRAMES)
@@ -118,7 +118,7 @@ class LiveModelController(QObject):
     def select(self, selection: RecogniserSelection | None) -> None:
         """Recognise with another one, or with none."""
         self.selection, self.loaded, self.problem = selection, None, ""
-        self._stop()
+        self._jobs.cancel(RECOGNISING)
         if selection is None:
             self._jobs.cancel(LOADING)
             self.changed.emit()
@@ -133,7 +133,7 @@ class LiveModelController(QObject):
         settings.store(LATENCY, milliseconds)
         if self.selection is not None:
             loaded, self.loaded = self.loaded, None
-            self._stop()
+            self._jobs.cancel(RECOGNISING)
             self._load(None if loaded is None else loaded.recogniser)
 
     def set_sending(self, sending: bool) -> None:
@@ -143,7 +143,7 @@ class LiveModelController(QObject):
         self.sending = sending
         settings.store(SENDING, sending)
         if self.loaded is not None:
-            self._stop()
+            self._jobs.cancel(RECOGNISING)
             self._begin()
 
     def set_connected(self, connected: bool) -> None:
@@ -190,34 +190,21 @@ class LiveModelController(QObject):
 
     def _begin(self) -> None:
         """Recognise, where there is something to recognise and something to do it with."""
-        if not self._connected or self.loaded is None or self._running:
+        if not self._connected or self.loaded is None or self._jobs.awaits(RECOGNISING):
             return
-        self._running = True
         self._reset_delays()
         job = self._connection.recognise(
             partial(_follow_devices, self.loaded, self.sending), lambda: self.visible
         )
-        self._jobs.run(job, self._ended, self._recognition_failed, key=RECOGNISING)
-
-    def _stop(self) -> None:
-        self._jobs.cancel(RECOGNISING)
-        self._running = False
-
-    def _ended(self, _: None) -> None:
-        """The devices were released."""
-        self._running = False
-        self._begin()  # if others were connected meanwhile
+        # It ends when the devices are released: others may have been connected meanwhile. What has
+        # failed is not tried again before something else is selected or connected.
+        self._jobs.run(job, lambda _: self._begin(), self._failed, key=RECOGNISING)
 
     def _failed(self, error: Exception) -> None:
         # A fault of the program is reported elsewhere besides.
         expected = isinstance(error, ForcelabError)
         self.problem = str(error) if expected else f"{type(error).__name__}: {error}"
         self.changed.emit()
-
-    def _recognition_failed(self, error: Exception) -> None:
-        # Not tried again before something else is selected or connected.
-        self._running = False
-        self._failed(error)
 
 
 def _follow_devices(

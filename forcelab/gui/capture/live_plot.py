@@ -156,7 +156,6 @@ class LivePlot(PlotView):
         """Devices were connected or released, or a recording has begun or ended."""
 
     def _ticked(self) -> None:
-        """Draw what moves."""
         if self.isVisible():
             self.update(QRect(GUTTER, 0, self.width() - GUTTER, self.height()))
 

@@ -19,7 +19,7 @@ from forcelab.gui.capture.controller import CaptureController
 from forcelab.gui.capture.live_plot import APART, GUTTER, SECONDS, LivePlot, Real, plot_width
 from forcelab.gui.figures import text
 from forcelab.gui.figures.colormap import translucent
-from forcelab.gui.jobs import Job, Jobs
+from forcelab.gui.jobs import Jobs
 from forcelab.gui.kit.plot import BoxItem, draw_plate
 from forcelab.gui.label.scalogram_painting import (
     FOURIER_FACTOR,
@@ -87,7 +87,6 @@ class LiveScalogramView(LivePlot):
         self.strip: RollingImage | None = None
         self._problem = ""
         self._tried_rates: tuple[float, ...] = ()
-        self._job: Job | None = None
         self.box = self.add_box(inverted=True)
         self._image = ScalogramImage()
         self._drawn: RollingImage | None = None  # the picture that is in the image
@@ -123,7 +122,6 @@ class LiveScalogramView(LivePlot):
         return QSize(520, 150)
 
     def minimumSizeHint(self) -> QSize:
-        """A few rows."""
         return QSize(280, 70)
 
     def showEvent(self, event: QShowEvent) -> None:
@@ -203,31 +201,24 @@ class LiveScalogramView(LivePlot):
         self.setVisible(bool(self.channel) and self._controller.connected)
 
     def _begin(self) -> None:
-        if self._job is not None or not self.isVisible():
+        if self._jobs.awaits(DRAWING) or not self.isVisible():
             return
         self._problem = ""
         self._tried_rates = self._rates()
         create = partial(_build_scalogram, self.channel, self._tried_rates)
         job = self._controller.connection.draw_scalogram(create)
-        self._job = self._jobs.run(job, self._ended, self._failed, self._set_strip, key=DRAWING)
+        self._jobs.run(job, lambda _: None, self._failed, self._set_strip, key=DRAWING)
 
     def _stop(self) -> None:
-        if self._job is not None:
-            self._job.cancel()
-        # The last picture stays until there is a new one, to be seen at once when shown again.
-        self._job = None
+        """Draw no more; the last picture stays, to be seen at once when this is shown again."""
+        self._jobs.cancel(DRAWING)
 
     def _forget(self) -> None:
         """The picture is of another channel, or of other devices."""
         self.strip = self._drawn = None
         self.invalidate()
 
-    def _ended(self, _: None) -> None:
-        """The devices were released."""
-        self._job = None
-
     def _failed(self, error: Exception) -> None:
-        self._job = None
         self._forget()
         self._problem = str(error) if isinstance(error, ForcelabError) else type(error).__name__
         self.update()

@@ -22,7 +22,7 @@ from forcelab.gui.capture.live_model import (
 from forcelab.gui.figures import text
 from forcelab.gui.file_dialogs import ask_file
 from forcelab.gui.label.swatches import paint_swatch, style_of
-from forcelab.gui.layout import set_enabled_with_reason
+from forcelab.gui.layout import fill_layout, set_enabled_with_reason
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import CalmLabel, ElidedComboBox, show_text
 
@@ -243,8 +243,7 @@ class RecogniserChoice:
 
     def _ask(self) -> None:
         """Let a file be chosen."""
-        kinds = "Recognisers (*.skops)"
-        path = ask_file(self._parent, "Recogniser", "recogniser", kinds)
+        path = ask_file(self._parent, "Recogniser", "recogniser", "Recognisers (*.skops)")
         if path is not None:
             self._controller.live_model.select(RecogniserSelection(path.stem, path))
 
@@ -265,11 +264,8 @@ class RecognitionPanel(QWidget):
         self.setAccessibleName("Live recognition")
         self.current_action = CurrentAction(controller)
         self.budget_label, self.measurements = CalmLabel(), CalmLabel()
-        column = QVBoxLayout(self)
-        column.setContentsMargins(8, 4, 8, 2)
-        column.setSpacing(3)
-        for part in (self.current_action, self.measurements, self.budget_label):
-            column.addWidget(part)
+        parts = self.current_action, self.measurements, self.budget_label
+        fill_layout(QVBoxLayout(self), *parts, margins=(8, 4, 8, 2), spacing=3)
         controller.ticked.connect(self._ticked)
         controller.changed.connect(self.refresh)
         controller.live_model.changed.connect(self.refresh)
@@ -313,22 +309,16 @@ def latency_budget_text(loaded: LoadedRecogniser) -> str:
     # The smallest scales ring for long, but so softly that nothing is left to be said of it.
     early = [scale for scale in budget.early if scale.error >= LEAST]
     if not early:
-        sentence = "{ms:.0f} ms are enough for all {scales} scales of the wavelets."
-        return sentence.format(ms=1000 * budget.latency, scales=budget.scales)
+        ms, scales = 1000 * budget.latency, budget.scales
+        return f"{ms:.0f} ms are enough for all {scales} scales of the wavelets."
     ordered = sorted(early, key=lambda scale: -scale.hertz)
     named = [f"{_hertz(scale.hertz)} Hz ±{_percent(scale.error)} %" for scale in ordered]
+    mark = " … " if len(named) > NAMED else ", "
     if len(named) > NAMED:
         step = (len(named) - 1) / (NAMED - 1)
         named = [named[round(i * step)] for i in range(NAMED)]
-        mark = " … "
-    else:
-        mark = ", "
-    sentence = "{early} of {scales} scales are estimated early, with an expected error: {named}."
-    return sentence.format(
-        early=len(early),
-        scales=budget.scales,
-        named=mark.join(named),
-    )
+    which = f"{len(early)} of {budget.scales} scales"
+    return f"{which} are estimated early, with an expected error: {mark.join(named)}."
 
 
 def _window_budget_text(budget: LatencyBudget) -> str:
@@ -339,8 +329,8 @@ def _window_budget_text(budget: LatencyBudget) -> str:
     )
     if budget.loss < 1.0:
         return sentence
-    cost = "So short a latency took {loss:.0f} points of accuracy on real recordings."
-    return f"{sentence} {cost.format(loss=budget.loss)}"
+    cost = f"So short a latency took {budget.loss:.0f} points of accuracy on real recordings."
+    return f"{sentence} {cost}"
 
 
 def measured_text(live_model: LiveModelController, now: float) -> str:
@@ -371,7 +361,6 @@ def _percent(share: float) -> str:
 
 
 def _show(label: QLabel, line: str, colour: str) -> None:
-    """Show a text in a colour."""
     palette = label.palette()
     if palette.color(QPalette.ColorRole.WindowText) != QColor(colour):
         palette.setColor(QPalette.ColorRole.WindowText, QColor(colour))

@@ -13,7 +13,7 @@ from forcelab.capture.optoforce import sends_raw_counts, uncalibrated_warning
 from forcelab.capture.reader import DeviceState
 from forcelab.capture.recorder import RecorderState
 from forcelab.gui.capture.controller import CaptureController
-from forcelab.gui.text import thousands
+from forcelab.gui.layout import fill_layout
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import CalmLabel, show_text
 from forcelab.text import amount, counted
@@ -30,11 +30,8 @@ class StatusPanel(QWidget):
         self._controller = controller
         self.setAccessibleName("Devices and alarms")
         self.alarms, self.facts, self.messages = CalmLabel(), CalmLabel(), MessageList()
-        column = QVBoxLayout(self)
-        column.setContentsMargins(8, 4, 8, 4)
-        column.setSpacing(4)
-        for line in (self.alarms, self.facts, self.messages):
-            column.addWidget(line)
+        parts = self.alarms, self.facts, self.messages
+        fill_layout(QVBoxLayout(self), *parts, margins=(8, 4, 8, 4), spacing=4)
         self._shown_state: RecorderState | None = None
         controller.ticked.connect(self._ticked)
         controller.changed.connect(self.refresh)
@@ -147,7 +144,7 @@ def _device_facts(device: DeviceState) -> str:
         return " · ".join([*parts, counted(device.samples, "marker")])
     if device.rate > 0:
         parts.append(f"{device.rate:.1f} Hz")
-    parts.append(f"{thousands(device.samples)} samples, {thousands(device.lost)} lost")
+    parts.append(f"{device.samples:,} samples, {device.lost:,} lost")
     if math.isfinite(device.residual):
         # Its offset says nothing but when it was switched on; the rate says how fast it changes.
         ppm = round(1e6 * (device.clock_rate - 1)) if math.isfinite(device.clock_rate) else 0
@@ -158,7 +155,7 @@ def _device_facts(device: DeviceState) -> str:
 
 def _camera_facts(camera: CameraState) -> str:
     """Rate and frames."""
-    counts = f"{thousands(camera.frames)} frames, {thousands(camera.dropped)} dropped"
+    counts = f"{camera.frames:,} frames, {camera.dropped:,} dropped"
     return " · ".join([camera.name, f"{camera.rate:.1f} Hz", counts])
 
 

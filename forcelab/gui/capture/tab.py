@@ -22,8 +22,6 @@ from forcelab.text import amount, counted
 if TYPE_CHECKING:
     from forcelab.gui.capture.workspace import CaptureWorkspace
 
-__all__ = ["ENDLESS", "CaptureTab"]
-
 #: Keys of jobs that go on for as long as devices are connected, or wait for the network.
 ENDLESS = frozenset(
     {

@@ -39,7 +39,9 @@ from forcelab.gui.jobs import Jobs
 from forcelab.gui.key_events import ignore_wheel, is_typing
 from forcelab.gui.layout import (
     emphasise,
+    fill_layout,
     page_layout,
+    push_button,
     scroll_area,
     separator,
     set_enabled_with_reason,
@@ -173,8 +175,7 @@ class NextRecording(QWidget):
         self.refresh()
 
     def _make_fields(self) -> None:
-        self.task = QComboBox()
-        self.task.setEditable(True)
+        self.task = QComboBox(editable=True)
         self.task.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
         self.task.setAccessibleName("Task of the recordings")
         self.task.setSizeAdjustPolicy(
@@ -246,7 +247,6 @@ class NextRecording(QWidget):
         self.show_name()
 
     def show_name(self) -> None:
-        """Show the name of the next recording."""
         if self._controller.phase in IDLE_STATES and self.isVisible():
             self.name.setPlaceholderText(self._controller.next_name())
 
@@ -349,20 +349,15 @@ class CaptureWorkspace(QWidget):
     # Building
 
     def _make_buttons(self) -> None:
-        self.connect_button = QPushButton()
-        self.connect_button.clicked.connect(self._toggle_connection)
-        self.zero_button = QPushButton("Zero")
-        self.zero_button.setToolTip("Take the present readings of all devices for zero")
-        self.zero_button.setAccessibleName("Zero all devices")
-        self.zero_button.clicked.connect(self.controller.zero)
-        self.record_button = QPushButton()
-        self.record_button.clicked.connect(self.record)
+        self.connect_button = push_button("", self._toggle_connection)
+        tip = "Take the present readings of all devices for zero"
+        self.zero_button = push_button("Zero", self.controller.zero, "Zero all devices", tip)
+        self.record_button = push_button("", self.record)
         self.record_button.setMinimumHeight(2 * self.fontMetrics().height())
         emphasise(self.record_button)
-        self.discard_button = QPushButton()
-        self.discard_button.clicked.connect(self.controller.discard)
-        self.recover_button = QPushButton()
-        self.recover_button.clicked.connect(self.controller.recover)
+        self.discard_button = push_button("", self.controller.discard)
+        tip = "Make demonstrations of recordings that a crash or a power cut ended"
+        self.recover_button = push_button("", self.controller.recover, tip=tip)
         self.elapsed = ElapsedTime(self.controller)
         self.legend = MarkLegend(self.controller, self)
 
@@ -374,9 +369,7 @@ class CaptureWorkspace(QWidget):
         sides.setChildrenCollapsible(False)
         # Long texts at the left would ask for half of a small window; they are wrapped instead.
         sides.setSizes([SIDE, WINDOW - SIDE])
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.addWidget(sides)
+        page_layout(self, sides)
 
     def _build_left_side(self) -> QWidget:
         """Devices, their picture, and what to record."""
@@ -393,24 +386,14 @@ class CaptureWorkspace(QWidget):
             self.recogniser.latency,
             self.scalogram_channel,
         )
-        devices = QHBoxLayout()
-        devices.addWidget(self.connect_button, 1)
-        devices.addWidget(self.zero_button)
+        devices = fill_layout(QHBoxLayout(), (self.connect_button, 1), self.zero_button)
         setting_up = QWidget()
-        upper = QVBoxLayout(setting_up)
-        upper.setContentsMargins(8, 8, 8, 0)
-        upper.addWidget(self.recover_button)
-        upper.addWidget(self.device_list, 1)
-        upper.addLayout(devices)
-        upper.addWidget(self.camera_view, 3)
-        upper.addStretch()
-        upper.addWidget(separator())
-        upper.addWidget(self.next_recording)
+        upper = fill_layout(QVBoxLayout(setting_up), self.recover_button, margins=(8, 8, 8, 0))
+        fill_layout(upper, (self.device_list, 1), devices, (self.camera_view, 3), 0)
+        fill_layout(upper, separator(), self.next_recording)
         # What is pressed while hands are full is always visible; what was set up before may scroll.
-        recording = QVBoxLayout()
-        recording.setContentsMargins(8, 0, 8, 8)
-        for widget in (self.legend, self.elapsed, self.record_button, self.discard_button):
-            recording.addWidget(widget)
+        buttons = self.legend, self.elapsed, self.record_button, self.discard_button
+        recording = fill_layout(QVBoxLayout(), *buttons, margins=(8, 0, 8, 8))
         side = LeftSide()
         above = scroll_area(setting_up)
         page_layout(side, above, growing=above, spacing=6).addLayout(recording)
@@ -489,12 +472,8 @@ class CaptureWorkspace(QWidget):
         _label_button(self.record_button, text, keys().shown("record"))
         self._update_record_button()
         self._update_discard_button()
-        _label_button(
-            self.recover_button, f"Recover unfinished recordings: {controller.unfinished}"
-        )
-        self.recover_button.setToolTip(
-            "Make demonstrations of recordings that a crash or a power cut ended"
-        )
+        text = f"Recover unfinished recordings: {controller.unfinished}"
+        _label_button(self.recover_button, text)
         self.recover_button.setVisible(controller.unfinished > 0)
         set_enabled_with_reason(self.recover_button, "" if phase in IDLE_STATES else WAIT)
 

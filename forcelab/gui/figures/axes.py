@@ -135,12 +135,10 @@ def draw_bottom(
     face = text.font(NUMBER)
     centre = y + sign * (MARK + GAP + NUMBER / 2)
     for value, label in marks:
-        text.draw_text(
-            painter, axis.at(value), centre, label, face=face, ink=QColor(theme.text), align=0.5
-        )
+        text.draw_text(painter, axis.at(value), centre, label, face=face, ink=theme.text, align=0.5)
     middle = (axis.begin + axis.finish) / 2
     below = centre + sign * (NUMBER + GAP + 2)
-    text.draw_text(painter, middle, below, title, face=face, ink=QColor(theme.muted), align=0.5)
+    text.draw_text(painter, middle, below, title, face=face, ink=theme.muted, align=0.5)
 
 
 def draw_left(
@@ -167,9 +165,7 @@ def draw_left(
         )
     side = x - MARK - GAP - text.widest((label for _, label in marks), face) - GAP - NUMBER / 2
     middle = (axis.begin + axis.finish) / 2
-    text.draw_text_upwards(
-        painter, side, middle, title, face=face, ink=QColor(theme.muted), align=0.5
-    )
+    text.draw_text_upwards(painter, side, middle, title, face=face, ink=theme.muted, align=0.5)
 
 
 #: Colours of curves and clusters: Okabe and Ito's that stand out on white as thin lines.
@@ -208,7 +204,7 @@ def paint_names(
     for name, pen in names:
         painter.setPen(pen)
         painter.drawLine(QLineF(x, y, x + 20, y))
-        text.draw_text(painter, x + 27, y, name, face=face, ink=QColor(theme.text))
+        text.draw_text(painter, x + 27, y, name, face=face, ink=theme.text)
         x += 27 + text.width(name, face) + 20
 
 
@@ -261,6 +257,5 @@ def place_along(line: Sequence[QPointF]) -> Iterator[QRectF]:
 
 
 def covered_area(place: QRectF, taken: Sequence[QRectF]) -> float:
-    """Area of what a label would cover."""
     common = [place.intersected(other) for other in taken]
     return sum(box.width() * box.height() for box in common)

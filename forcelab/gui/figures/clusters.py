@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QLineF, QRectF, QSizeF
 from PySide6.QtGui import QColor, QPainter, QPen
 
-from forcelab.errors import InputError
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import (
     CURVE_COLOURS,
@@ -20,7 +19,7 @@ from forcelab.gui.figures.axes import (
     draw_left,
     paint_curve,
 )
-from forcelab.gui.figures.figure import LIGHT, MARGIN, Figure, Theme
+from forcelab.gui.figures.figure import MARGIN, Figure
 from forcelab.gui.figures.tracks import LabelStyle, paint_track
 from forcelab.labels import from_codes
 
@@ -36,7 +35,7 @@ AXIS_ROOM = 36.0
 
 @dataclass(frozen=True, eq=False)
 class ClusterFigure(Figure):
-    """One signal in `unit`, drawn once for each clustering.
+    """One signal in N, drawn once for each clustering.
 
     `times` (s) are increasing and have as many samples as the signal and each row's codes. `rows`
     are the features' names and the cluster of every sample from 0; there are no more clusters than
@@ -47,20 +46,6 @@ class ClusterFigure(Figure):
     times: NDArray[np.float64]
     signal: NDArray[np.float64]
     rows: tuple[tuple[str, NDArray[np.int64]], ...]
-    unit: str = "N"
-    theme: Theme = LIGHT
-
-    def __post_init__(self) -> None:
-        n = len(self.times)
-        lengths = {len(self.signal), *(len(codes) for _, codes in self.rows)}
-        if n < 2 or lengths != {n} or not self.rows:
-            raise InputError(
-                f"Clusters need two or more samples, as many times as values and codes; there are "
-                f"{n} times and {len(self.rows)} rows of {sorted(lengths)} values."
-            )
-        for name, codes in self.rows:
-            if codes.min() < 0 or codes.max() >= len(CURVE_COLOURS):
-                raise InputError(f"'{name}' has clusters other than 0 .. {len(CURVE_COLOURS) - 1}.")
 
     @property
     def size(self) -> QSizeF:
@@ -69,7 +54,6 @@ class ClusterFigure(Figure):
 
     @property
     def axis(self) -> Axis:
-        """The time axis."""
         return Axis(float(self.times[0]), float(self.times[-1]), LEFT, LEFT + PLOT_WIDTH)
 
     def box(self, row: int) -> QRectF:
@@ -91,7 +75,7 @@ class ClusterFigure(Figure):
         middle = bottom - PLOT_HEIGHT - NAME_LINE / 2 - 2
         caption = text.elided_name(name, text.font(bold=True), PLOT_WIDTH)
         text.draw_text(
-            painter, LEFT, middle, caption, face=text.font(bold=True), ink=QColor(self.theme.text)
+            painter, LEFT, middle, caption, face=text.font(bold=True), ink=self.theme.text
         )
         low, high = float(self.signal.min()), float(self.signal.max())
         # Room for the thick line, and something to divide by where the signal never changes.
@@ -100,7 +84,7 @@ class ClusterFigure(Figure):
         painter.setPen(QPen(QColor(self.theme.grid), 1.0))
         levels = [up.at(value) for value, _ in up.marks(upright=True)]
         painter.drawLines([QLineF(LEFT, y, LEFT + PLOT_WIDTH, y) for y in levels])
-        draw_left(painter, up, LEFT, f"force ({self.unit})", self.theme)
+        draw_left(painter, up, LEFT, "force (N)", self.theme)
         edges = [0, *(np.flatnonzero(np.diff(codes)) + 1).tolist(), len(codes)]
         for first, last in pairwise(edges):
             # Up to the first sample of the next piece, so that the line has no gaps.

@@ -47,6 +47,5 @@ def colormap_colours(shares: ArrayLike) -> NDArray[np.uint8]:
 
 
 def colormap_colour(share: float) -> QColor:
-    """The colour of one share."""
     red, green, blue = (int(value) for value in colormap_colours(share))
     return QColor(red, green, blue)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -10,51 +9,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, QSizeF
-from PySide6.QtGui import QColor, QFont, QLinearGradient, QPainter
+from PySide6.QtGui import QColor, QLinearGradient, QPainter
 
-from forcelab.errors import InputError
 from forcelab.gui.figures import text
 from forcelab.gui.figures.colormap import COLORMAP_STOPS, colormap_colours
 from forcelab.gui.figures.figure import LIGHT, MARGIN, Figure, Theme
 
 #: Left free inside a cell on either side of its text.
 PADDING = 2.0
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class CellLabels:
-    """The texts of all cells, row after row; `below` is the second line if it has room."""
-
-    face: QFont
-    labels: list[str]
-    below_face: QFont
-    below: list[str] | None = None
-
-
-def count_labels(counts: Sequence[str], cell: float) -> CellLabels:
-    """Counts in the largest font that fits all into cells of a side; cut if none does."""
-    room = cell - 2 * PADDING
-    faces = (text.font(11), text.font(9), text.font(8))
-    face = next((face for face in faces if text.widest(counts, face) <= room), faces[-1])
-    return CellLabels(face, [text.elided(count, face, cell) for count in counts], face)
-
-
-def share_labels(counts: Sequence[str], shares: NDArray[np.float64], cell: float) -> CellLabels:
-    """Per cents, and the counts below them in cells that are large enough.
-
-    A share of NaN, which is one of nothing, is a dash.
-    """
-    room = cell - 2 * PADDING
-    large, medium, small = text.font(11), text.font(9), text.font(8)
-    decimals = text.width("100.0 %", large) <= room
-    fitting = (face for face in (large, medium) if text.width("100", face) <= room)
-    face = next(fitting, small)
-    labels = [
-        "–" if np.isnan(share) else f"{100 * share:.1f} %" if decimals else f"{100 * share:.0f}"
-        for share in shares.flat
-    ]
-    below = list(counts) if decimals and text.widest(counts, medium) <= room else None
-    return CellLabels(face, labels, medium, below)
 
 
 #: The matrix is about this wide where its cells may have the size that takes.
@@ -78,25 +40,15 @@ KEYS = {
 UNITS = {"samples": "samples", "s": "time in seconds", "segments": "segments"}
 
 
-@dataclass(frozen=True, slots=True)
-class MatrixLabels:
-    """The texts around a matrix; `last` is the name of its last column."""
-
-    human: str = "human"
-    predicted: str = "predicted"
-    last: str = "unlabelled"
-    total: str = "total"
-
-
 @dataclass(frozen=True, eq=False)
 class ConfusionMatrix(Figure):
     """Counts of samples, seconds or segments by human and predicted action.
 
     `counts` has the shape (k, k + 1): rows are human, columns predicted, the last column counts
-    what is predicted unlabelled. Colours and per cents are shares of a row, of a column, or,
-    without per cents, of the largest cell. The cells take about `room` pixels together, as far as
-    their sizes allow. Without being `headed` by title, key and scale it is as small as it can be.
-    On a dark ground the cells' shades run from dark to light.
+    what is predicted unlabelled; the sums of the rows stand below `total`. Colours and per cents
+    are shares of a row, of a column, or, without per cents, of the largest cell. The cells take
+    about `room` pixels together, as far as their sizes allow. Without being `headed` by title, key
+    and scale it is as small as it can be. On a dark ground shades run from dark to light.
     """
 
     title: str
@@ -107,20 +59,7 @@ class ConfusionMatrix(Figure):
     share: Literal["row", "column", "counts"] = "row"
     room: float = MATRIX
     headed: bool = True
-    labels: MatrixLabels = MatrixLabels()
-
-    def __post_init__(self) -> None:
-        counts = np.array(self.counts, dtype=np.float64 if self.unit == "s" else np.int64)
-        k = len(self.actions)
-        if k == 0 or counts.shape != (k, k + 1):
-            raise InputError(
-                f"A confusion matrix of {k} actions needs {k} rows and {k + 1} columns and at "
-                f"least one action; its shape is {counts.shape}."
-            )
-        if counts.min() < 0:
-            raise InputError("A confusion matrix counts samples; none of its counts is negative.")
-        counts.flags.writeable = False
-        object.__setattr__(self, "counts", counts)
+    total: str = "total"
 
     @property
     def shares(self) -> NDArray[np.float64]:
@@ -166,15 +105,15 @@ class ConfusionMatrix(Figure):
 
     def paint(self, painter: QPainter) -> None:
         """Draw title, names, cells, totals and the scale of colours."""
-        muted, small, labels = QColor(self.theme.muted), text.font(10), self.labels
+        muted, small = QColor(self.theme.muted), text.font(10)
         if self.headed:
             self.paint_title(painter)
             text.draw_text(painter, MARGIN, MARGIN + 26, self._key, face=small, ink=muted)
         middle, margin = self._matrix.center(), self._margin
         x, y = middle.x(), self._predicted_at
-        text.draw_text(painter, x, y, labels.predicted, face=small, ink=muted, align=0.5)
+        text.draw_text(painter, x, y, "predicted", face=small, ink=muted, align=0.5)
         x, y = margin + 6, middle.y()
-        text.draw_text_upwards(painter, x, y, labels.human, face=small, ink=muted, align=0.5)
+        text.draw_text_upwards(painter, x, y, "human", face=small, ink=muted, align=0.5)
         self._paint_names(painter)
         self._paint_cells(painter)
         if self.headed:
@@ -203,7 +142,7 @@ class ConfusionMatrix(Figure):
     def _names(self) -> tuple[str, ...]:
         """The columns' names, elided; all but the last are the rows' too."""
         room = NAME_ROOM if self.headed else TIGHT_NAME_ROOM
-        names = (*self.actions, self.labels.last)
+        names = (*self.actions, "unlabelled")
         return tuple(text.elided_name(name, text.font(), room, names) for name in names)
 
     @cached_property
@@ -236,7 +175,7 @@ class ConfusionMatrix(Figure):
 
     @property
     def _totals_right(self) -> float:
-        column = text.widest((*self._totals, self.labels.total), text.font(10))
+        column = text.widest((*self._totals, self.total), text.font(10))
         return self._matrix.right() + 12 + column
 
     @property
@@ -258,7 +197,7 @@ class ConfusionMatrix(Figure):
             painter,
             self._totals_right,
             matrix.top() - 13,
-            self.labels.total,
+            self.total,
             face=small,
             ink=muted,
             align=1.0,
@@ -266,39 +205,43 @@ class ConfusionMatrix(Figure):
         for row, (name, total) in enumerate(zip(self._names[:-1], self._totals, strict=True)):
             y = self.box(row, 0).center().y()
             text.draw_text(
-                painter,
-                matrix.left() - 10,
-                y,
-                name,
-                face=face,
-                ink=QColor(self.theme.text),
-                align=1.0,
+                painter, matrix.left() - 10, y, name, face=face, ink=self.theme.text, align=1.0
             )
             text.draw_text(painter, self._totals_right, y, total, face=small, ink=muted, align=1.0)
 
     def _paint_cells(self, painter: QPainter) -> None:
         """Draw the cells: colour, per cent and count, as much of it as has room."""
         counts = [self._count_text(count) for count in self.counts.ravel().tolist()]
-        shares = self.shares
+        shares, room, below = self.shares, self._cell - 2 * PADDING, list[str]()
+        large, medium, small = text.font(11), text.font(9), text.font(8)
         if self.share == "counts":
-            texts = count_labels(counts, self._cell)
+            fitting = (face for face in (large, medium) if text.widest(counts, face) <= room)
+            face = next(fitting, small)
+            labels = [text.elided(count, face, self._cell) for count in counts]
         else:
-            defined = np.where(self._denominators > 0, shares, np.nan)
-            texts = share_labels(counts, defined, self._cell)
-        up = 0.0 if texts.below is None else 8.0
+            fitting = (face for face in (large, medium) if text.width("100", face) <= room)
+            face = next(fitting, small)
+            decimals = text.width("100.0 %", large) <= room
+            labels = [f"{100 * s:.1f} %" if decimals else f"{100 * s:.0f}" for s in shares.flat]
+            # A share of nothing is none.
+            whole = self._denominators.flat
+            labels = [label if all_ else "–" for label, all_ in zip(labels, whole, strict=True)]
+            if decimals and text.widest(counts, medium) <= room:
+                below = counts
+        up = 8.0 if below else 0.0
         grounds = self._cell_colours(shares).reshape(-1, 3).tolist()
-        for number, label in enumerate(texts.labels):
+        for number, label in enumerate(labels):
             row, column = divmod(number, len(self.actions) + 1)
             box, colour = self.box(row, column), QColor(*grounds[number])
             painter.fillRect(box, colour)
-            if not self.headed and texts.below is None and not self.counts[row, column]:
+            if not self.headed and not below and not self.counts[row, column]:
                 continue  # many small zeros on screen only stand in the way
             ink = text.ink_on(colour) if self.counts[row, column] else QColor(self.theme.frame)
             x, y = box.center().x(), box.center().y()
-            text.draw_text(painter, x, y - up, label, face=texts.face, ink=ink, align=0.5)
-            if texts.below is not None:
-                below = texts.below[number]
-                text.draw_text(painter, x, y + 9, below, face=texts.below_face, ink=ink, align=0.5)
+            text.draw_text(painter, x, y - up, label, face=face, ink=ink, align=0.5)
+            if below:
+                second = below[number]
+                text.draw_text(painter, x, y + 9, second, face=medium, ink=ink, align=0.5)
 
     def _paint_bar(self, painter: QPainter) -> None:
         matrix = self._matrix
@@ -315,6 +258,4 @@ class ConfusionMatrix(Figure):
             label, face = f"{100 * share:.0f} %", text.font(10)
             if self.share == "counts":
                 label = f"{share * largest:,.3g}"
-            text.draw_text(
-                painter, box.right() + 6, y, label, face=face, ink=QColor(self.theme.text)
-            )
+            text.draw_text(painter, box.right() + 6, y, label, face=face, ink=self.theme.text)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
@@ -156,17 +156,23 @@ def paint_pair(
         paint_track(painter, box, axis, segments, styles=styles, theme=theme, fades=fading)
 
 
-def captions(
-    boxes: PairBoxes, pair: Pair, human: str = "human", predicted: str = "predicted"
-) -> Iterator[tuple[float, str]]:
-    """The captions of the bars and their heights; none for a pair without further lanes."""
+def captions(pair: Pair) -> list[str]:
+    """The captions of the bars from the top; none for a pair without further lanes."""
     if not pair.lanes:
-        return
-    if pair.human is not None:
-        yield boxes.human.center().y(), text.printable(human)
-    yield boxes.predicted.center().y(), text.printable(predicted)
-    for box, lane in zip(boxes.lanes, pair.lanes, strict=True):
-        yield box.center().y(), text.printable(lane.caption)
+        return []
+    bars = [] if pair.human is None else ["human"]
+    return [*bars, "predicted", *(text.printable(lane.caption) for lane in pair.lanes)]
+
+
+def paint_captions(
+    painter: QPainter, boxes: PairBoxes, pair: Pair, right: float, room: float, ink: QColor
+) -> None:
+    """Write the captions beside their bars, up to a pixel at their right."""
+    face = text.font(CAPTION)
+    bars = [box for box in (boxes.human, boxes.predicted, *boxes.lanes) if box.height()]
+    for box, caption in zip(bars, captions(pair), strict=False):
+        short = text.elided(caption, face, room)
+        text.draw_text(painter, right, box.center().y(), short, face=face, ink=ink, align=1.0)
 
 
 MEASURES = PairGeometry()
@@ -182,6 +188,7 @@ AXIS_ROOM = 36.0
 TALL = 900.0
 KEY_LINE = 15.0
 KEY = "Upper bar: human. Lower bar: predicted. White: unlabelled."
+NOTES = "At the right: accuracy after the filters."
 STRETCHED_NOTE = "Each over the whole width."
 LIGHTER = "Lighter: less probable."
 BETWEEN = "Between: bar where they differ, line where nothing was predicted."
@@ -195,8 +202,7 @@ class TimelinePairs(Figure):
 
     The vocabulary has every drawn action; the legend begins with `actions`, the others follow in
     the order of their occurrence, human tracks first. The height follows from the number of pairs.
-    `note_key` explains the notes below the title, where any pair has a note. `stretched` pairs take
-    the whole width each, without a time axis.
+    `stretched` pairs take the whole width each, without a time axis.
     """
 
     title: str
@@ -205,7 +211,6 @@ class TimelinePairs(Figure):
     actions: tuple[str, ...] = ()
     theme: Theme = LIGHT
     width: float = 960.0
-    note_key: str = ""
     stretched: bool = False
 
     def __post_init__(self) -> None:
@@ -226,7 +231,6 @@ class TimelinePairs(Figure):
 
     @cached_property
     def axis(self) -> Axis:
-        """The time axis."""
         start = min(pair.start for pair in self.pairs)
         end = max(pair.end for pair in self.pairs)
         names = [text.printable(pair.name) for pair in self.pairs]
@@ -273,12 +277,7 @@ class TimelinePairs(Figure):
             edge = axis.begin - 10 - self._caption_room
             name = text.elided_name(pair.name, text.font(), edge - MARGIN)
             text.draw_text(painter, edge, middle, name, face=text.font(), ink=ink, align=1.0)
-            small = text.font(CAPTION)
-            for height, caption in captions(boxes, pair):
-                short = text.elided(caption, small, CAPTION_ROOM)
-                text.draw_text(
-                    painter, axis.begin - 6, height, short, face=small, ink=muted, align=1.0
-                )
+            paint_captions(painter, boxes, pair, axis.begin - 6, CAPTION_ROOM, muted)
             note = text.elided(pair.note, text.font(10), NOTE_ROOM)
             text.draw_text(
                 painter, self.width - MARGIN, middle, note, face=text.font(10), ink=muted, align=1.0
@@ -294,7 +293,7 @@ class TimelinePairs(Figure):
         """The explanation of the figure, in one line or two."""
         first = [KEY, STRETCHED_NOTE] if self.stretched else [KEY]
         if any(pair.note for pair in self.pairs):
-            first.append(self.note_key)
+            first.append(NOTES)
         second = [LIGHTER] if any(pair.probability_trace is not None for pair in self.pairs) else []
         if any(pair.marks is not None for pair in self.pairs):
             second.append(BETWEEN)
@@ -316,11 +315,7 @@ class TimelinePairs(Figure):
     @cached_property
     def _caption_room(self) -> float:
         """Width of the column of captions between names and bars."""
-        texts = [
-            caption
-            for pair in self.pairs
-            for _, caption in captions(MEASURES.boxes(pair, Axis(0, 1, 0, 1), 0), pair)
-        ]
+        texts = [caption for pair in self.pairs for caption in captions(pair)]
         if not texts:
             return 0.0
         return min(text.widest(texts, text.font(CAPTION)), CAPTION_ROOM) + 14

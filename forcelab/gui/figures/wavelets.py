@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QLineF, QRectF, QSizeF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPen
 
-from forcelab.errors import InputError
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import (
     CURVE_COLOURS,
@@ -23,7 +22,7 @@ from forcelab.gui.figures.axes import (
     paint_names,
 )
 from forcelab.gui.figures.colormap import colormap_colours
-from forcelab.gui.figures.figure import LIGHT, MARGIN, Figure, Theme
+from forcelab.gui.figures.figure import MARGIN, Figure
 from forcelab.signals.cwt import cwt, frequencies
 from forcelab.signals.wavelets import Morlet
 
@@ -90,18 +89,6 @@ class WaveletFigure(Figure):
     times: NDArray[np.float64]
     signal: NDArray[np.float64]
     tones: tuple[float, ...] = ()
-    theme: Theme = LIGHT
-
-    def __post_init__(self) -> None:
-        n = len(self.times)
-        if not self.views or n < 2 or len(self.signal) != n:
-            raise InputError(
-                f"A wavelet figure needs a wavelet and a signal of two or more samples; there are "
-                f"{len(self.views)} wavelets, {n} times and {len(self.signal)} values."
-            )
-        for view in self.views:
-            if len(view.t) != len(view.psi) or view.magnitudes.shape != (len(view.hertz), n):
-                raise InputError(f"The arrays of '{view.title}' do not fit each other.")
 
     @property
     def size(self) -> QSizeF:
@@ -140,11 +127,9 @@ class WaveletFigure(Figure):
 
     @property
     def _tone_names(self) -> tuple[str, ...]:
-        """The texts beside the marks of the signal's frequencies."""
         return tuple(f"{tone:g} Hz" for tone in self.tones)
 
     def _paint_wavelet(self, painter: QPainter, column: int) -> None:
-        """Draw one wavelet over time."""
         view, box = self.views[column], self.box(column)
         top = MARGIN + HEADING + NAME_LINE
         bottom = top + WAVELET_HEIGHT
@@ -169,7 +154,6 @@ class WaveletFigure(Figure):
         draw_left(painter, up, box.left(), "wavelet", self.theme, numbers=column == 0)
 
     def _paint_signal(self, painter: QPainter, column: int) -> None:
-        """Draw the test signal above its magnitudes."""
         box = self.box(column)
         bottom = box.top() - 8
         low, high = float(self.signal.min()), float(self.signal.max())
@@ -207,7 +191,6 @@ class WaveletFigure(Figure):
         draw_left(painter, up, box.left(), "frequency (Hz)", self.theme, numbers=column == 0)
 
     def _time_axis(self, column: int) -> Axis:
-        """The time axis under one wavelet."""
         box = self.box(column)
         return Axis(float(self.times[0]), float(self.times[-1]), box.left(), box.right())
 

@@ -103,7 +103,6 @@ class PlotView(pg.GraphicsView):
         self.update()
 
     def restyle(self) -> None:
-        """Take the theme's colours."""
         for item in self.scene().items():
             if isinstance(item, ValueAxis):
                 item.restyle()
@@ -222,7 +221,6 @@ class PlotView(pg.GraphicsView):
         return menu
 
     def add_picture_entries(self, menu: QMenu) -> None:
-        """Offer to copy and to export the plot."""
         menu.addAction("Copy as picture").triggered.connect(self.copy)
         menu.addAction("Export as picture…").triggered.connect(self.ask_export)
 
@@ -240,7 +238,6 @@ class PlotView(pg.GraphicsView):
         QGuiApplication.clipboard().setImage(self.as_figure().image())
 
     def ask_export(self) -> None:
-        """Ask for a file and save a picture of the plot in it."""
         name = self.accessibleName() or "Plot"
         path = ask_picture(self, "Export as picture", f"{name}.svg")
         if path is None:
@@ -334,7 +331,6 @@ class ValueAxis(pg.AxisItem):
     """An axis with the window's fonts, colours and minus signs."""
 
     def __init__(self, side: str, title: str = "") -> None:
-        self._numbers: tuple[object, list[float]] = None, []
         super().__init__(side)
         self.setLabel(title)
         self.label.setFont(text.font(NUMBER))
@@ -397,11 +393,9 @@ class ValueAxis(pg.AxisItem):
     def numbers(self) -> list[float]:
         """The values that have numbers in any case."""
         upright = self.orientation in ("left", "right")
-        state = (*self.range, (self.size().height() if upright else self.size().width()) or 1.0)
-        if state != self._numbers[0]:  # asked for at each step of a pan
-            levels = self.tickValues(*state)
-            self._numbers = state, list(levels[0][1]) if levels else []
-        return self._numbers[1]
+        length = self.size().height() if upright else self.size().width()
+        levels = self.tickValues(*self.range, length or 1.0)
+        return list(levels[0][1]) if levels else []
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
         if self.logMode:
@@ -505,7 +499,6 @@ class Plot(PlotView):
             self.show_all()
 
     def show_all(self) -> None:
-        """Show everything again."""
         self.box.setRange(self._whole, padding=0)
         self.zoomed = False
 
@@ -557,7 +550,6 @@ class Plot(PlotView):
             painter.drawText(QRectF(self.rect()).adjusted(16, 8, -16, -8), flags, self.sentence)
 
     def drawForeground(self, painter: QPainter, rect: QRectF) -> None:
-        self.exposed = rect
         if self.legend:
             x, y = self.area.left(), self.area.top() - NUMBER
             paint_names(painter, x, y, self.legend, colours())

@@ -35,7 +35,6 @@ from PySide6.QtWidgets import (
     QStyle,
     QStyledItemDelegate,
     QStyleOptionViewItem,
-    QToolButton,
     QVBoxLayout,
     QWidget,
 )
@@ -47,7 +46,14 @@ from forcelab.gui.item_views import NOWHERE, Index, RowList, SideList, write_row
 from forcelab.gui.label.segment_commands import fill_range, rename_action
 from forcelab.gui.label.swatches import paint_key, paint_swatch, style_of, swatch_icon
 from forcelab.gui.label.track_spans import track_spans
-from forcelab.gui.layout import placeholder, set_enabled_with_reason
+from forcelab.gui.layout import (
+    fill_layout,
+    placeholder,
+    push_button,
+    set_enabled_with_reason,
+    toned_label,
+    tool_button,
+)
 from forcelab.gui.theme import colours, themes
 from forcelab.terms import Entry, glossary
 from forcelab.vocabulary import COLOURS, Vocabulary
@@ -144,20 +150,14 @@ class KeyDialog(QDialog):
         self._vocabulary, self._name = vocabulary, name
         self.key: str | None = None
         self.setWindowTitle(f"Key of '{name}'")
-        ask = QLabel(f"Press a key for '{name}'. Backspace removes its key.")
-        ask.setWordWrap(True)
-        self.trouble = QLabel()
-        self.trouble.setWordWrap(True)
+        ask = QLabel(f"Press a key for '{name}'. Backspace removes its key.", wordWrap=True)
+        self.trouble = toned_label("trouble")
         self.trouble.setMinimumHeight(2 * self.fontMetrics().height())
-        self.trouble.setStyleSheet(f"color: {colours().trouble}")
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
         buttons.rejected.connect(self.reject)
         for button in buttons.buttons():
             button.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # keys are for this dialog
-        column = QVBoxLayout(self)
-        column.addWidget(ask)
-        column.addWidget(self.trouble)
-        column.addWidget(buttons)
+        fill_layout(QVBoxLayout(self), ask, self.trouble, buttons)
         self.setMinimumWidth(320)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
@@ -302,24 +302,17 @@ class ActionSuggestions(QScrollArea):
         super().__init__()
         page = QWidget()
         column = QVBoxLayout(page)
-        self._text = QLabel()
-        self._text.setWordWrap(True)
-        self.hide_button = QPushButton("Hide suggestions")
-        self.hide_button.setToolTip(
-            "Show only the actions of this task; painting hides suggestions, too"
-        )
-        self.hide_button.clicked.connect(self.dismissed)
-        column.addWidget(self._text)
-        column.addWidget(self.hide_button)
+        self._text = QLabel(wordWrap=True)
+        tip = "Show only the actions of this task; painting hides suggestions, too"
+        self.hide_button = push_button("Hide suggestions", self.dismissed, tip=tip)
+        fill_layout(column, self._text, self.hide_button)
         # Below each other: side by side the longer names are cut off in a narrow list.
         self.buttons: dict[str, QPushButton] = {}
         for name, entry in glossary_by_action().items():
-            button = QPushButton(name)
-            button.setToolTip(entry.sentence)
-            button.clicked.connect(lambda _=False, name=name: self.chosen.emit(name))
-            column.addWidget(button)
-            self.buttons[name] = button
-        column.addStretch(1)
+            self.buttons[name] = push_button(
+                name, lambda _=False, name=name: self.chosen.emit(name), tip=entry.sentence
+            )
+        fill_layout(column, *self.buttons.values(), 1)
         self.setWidgetResizable(True)
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setWidget(page)
@@ -375,24 +368,16 @@ class ActionList(SideList):
         completer = QCompleter(list(glossary_by_action()), self)
         completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
         self.entry.setCompleter(completer)
-        self.add_button = add = QToolButton()
-        add.setIcon(icon("plus"))
-        add.setToolTip("Add the action; it gets a free colour and a free key")
-        add.setAccessibleName("Add action")
-        add.clicked.connect(self._add_typed)
+        tip = "Add the action; it gets a free colour and a free key"
+        self.add_button = tool_button("plus", "Add action", self._add_typed, tip)
         self.suggestions = ActionSuggestions()
         self.suggestions.chosen.connect(self.add)
         self.suggestions.dismissed.connect(self._hide_suggestions)
         self.nothing = placeholder("No demonstration is open.")
         #: The task to which actions are suggested: from its first one on, until it is painted.
         self._suggested: str | None = None
-        bar = QHBoxLayout()
-        bar.setSpacing(2)
-        bar.addWidget(self.entry, 1)
-        bar.addWidget(add)
-        for widget in (self.list, self.suggestions, self.nothing):
-            self.column.addWidget(widget, 1)
-        self.column.addLayout(bar)
+        bar = fill_layout(QHBoxLayout(), (self.entry, 1), self.add_button, spacing=2)
+        fill_layout(self.column, (self.list, 1), (self.suggestions, 1), (self.nothing, 1), bar)
         self._stroke_row = -1
         self._count_timer = QTimer(self, singleShot=True, interval=COUNT_DELAY_MS)
         self._count_timer.timeout.connect(self._count)
@@ -480,17 +465,14 @@ class ActionList(SideList):
         brush.setChecked(document.action == name)
         brush.triggered.connect(lambda: self._toggle_brush(name))
         if document.view.range is not None:
-            fill = menu.addAction(icon("range"), "Fill the marked range")
-            fill.triggered.connect(lambda: fill_range(document, name))
+            text = "Fill the marked range"
+            menu.addAction(icon("range"), text, lambda: fill_range(document, name))
         menu.addSeparator()
-        key = menu.addAction(icon("key"), "Change key…")
-        key.triggered.connect(lambda: self._ask_key(name))
+        menu.addAction(icon("key"), "Change key…", lambda: self._ask_key(name))
         current = document.vocabulary[name].colour
         colour_menu(current, lambda colour: self.recolour(name, colour), menu)
-        rename = menu.addAction(icon("pencil"), "Rename…")
-        rename.triggered.connect(lambda: self._ask_name(name))
-        remove = menu.addAction(icon("trash"), "Remove")
-        remove.triggered.connect(lambda: self.remove(name))
+        menu.addAction(icon("pencil"), "Rename…", lambda: self._ask_name(name))
+        menu.addAction(icon("trash"), "Remove", lambda: self.remove(name))
         return menu
 
     # Inside

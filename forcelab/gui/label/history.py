@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from datetime import date, datetime
 from enum import Enum
 from typing import Any
@@ -15,15 +15,13 @@ from PySide6.QtWidgets import (
     QStyle,
     QStyledItemDelegate,
     QStyleOptionViewItem,
-    QToolButton,
     QWidget,
 )
 
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
-from forcelab.gui.icons import icon
 from forcelab.gui.item_views import NOWHERE, Index, RowList, SideList, write_row
-from forcelab.gui.layout import PageOrPlaceholder, set_enabled_with_reason
+from forcelab.gui.layout import PageOrPlaceholder, fill_layout, set_enabled_with_reason, tool_button
 from forcelab.gui.theme import colours, themes
 from forcelab.project import Edit, UndoResult
 
@@ -178,7 +176,6 @@ class HistoryModel(QAbstractListModel):
         return list(reversed(edits))
 
     def _append_page(self, page: list[Edit]) -> None:
-        """Append a page of older edits."""
         self._complete = len(page) < PAGE
         self._edits += page
         self._update_states()
@@ -217,18 +214,15 @@ class HistoryView(SideList):
         self.list.setAccessibleName("Edits of your track, newest first")
         self.list.doubleClicked.connect(self._row_activated)
         self.list.opened.connect(self._row_activated)
-        self.undo = self._button("undo", "Undo", self._undo)
-        self.redo = self._button("redo", "Redo", self._redo)
+        self.undo = tool_button("undo", "Undo", self._undo)
+        self.redo = tool_button("redo", "Redo", self._redo)
+        for button in (self.undo, self.redo):
+            button.setAutoRaise(True)
         self.reach = QLabel()
         self.reach.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         self.pages = PageOrPlaceholder(self.list)
-        bar = QHBoxLayout()
-        bar.setSpacing(2)
-        bar.addWidget(self.undo)
-        bar.addWidget(self.redo)
-        bar.addWidget(self.reach, 1)
-        self.column.addLayout(bar)
-        self.column.addWidget(self.pages, 1)
+        bar = fill_layout(QHBoxLayout(), self.undo, self.redo, (self.reach, 1), spacing=2)
+        fill_layout(self.column, bar, (self.pages, 1))
         self._refresh_timer = QTimer(self, singleShot=True, interval=PAUSE)
         self._refresh_timer.timeout.connect(self.refresh)
         document.tracks_changed.connect(self._refresh_soon)
@@ -307,15 +301,6 @@ class HistoryView(SideList):
         self.redo.setToolTip(f"Redo: {self.model.rows[undone[-1]].what}" if undone else "Redo")
         count = len(undone)
         self.reach.setText(f"{count} undone" if count else "")
-
-    def _button(self, name: str, text: str, verb: Callable[[], object]) -> QToolButton:
-        button = QToolButton()
-        button.setIcon(icon(name))
-        button.setAccessibleName(text)
-        button.setToolTip(text)
-        button.setAutoRaise(True)
-        button.clicked.connect(lambda _=False: verb())
-        return button
 
 
 class _Delegate(QStyledItemDelegate):

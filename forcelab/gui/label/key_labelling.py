@@ -215,7 +215,6 @@ class KeyLabelling(QObject):
         return next((action.name for action in actions if key and action.key == key), None)
 
     def _press_during_stroke(self, action: str, key: str) -> None:
-        """Handle a key that is pressed during a stroke."""
         stroke = self.document.stroke
         assert stroke is not None
         position = self._stroke_position()

@@ -48,7 +48,7 @@ class PictureView(QWidget):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMinimumSize(160, 96)
-        self._image: QImage | None = None
+        self.image: QImage | None = None
         # Every pixel is painted here; what lies below need not be.
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self._scaled: QPixmap | None = None
@@ -72,16 +72,12 @@ class PictureView(QWidget):
         """Whether the message reports a failure."""
         return False
 
-    @property
-    def image(self) -> QImage | None:
-        return self._image
-
     def set_image(self, image: QImage | None, fitted: QImage | None = None) -> None:
         """Show another picture, enlarged as the one before.
 
         `fitted` is the same in the size that :attr:`fits` told last, where it is ready.
         """
-        self._image = image
+        self.image = image
         self._scaled = None if fitted is None else self._screen_pixmap(fitted)
         self.setAccessibleDescription(self.message or self.caption)
         self.update()
@@ -100,9 +96,9 @@ class PictureView(QWidget):
 
     def picture_box(self) -> QRectF:
         """Where the picture lies, beyond the stage when zoomed in."""
-        assert self._image is not None
+        assert self.image is not None
         stage = self._stage
-        size = QSizeF(self._image.size()).scaled(
+        size = QSizeF(self.image.size()).scaled(
             stage.size() * self._zoom, Qt.AspectRatioMode.KeepAspectRatio
         )
         left = _placed(stage.center().x(), self._centre.x(), size.width(), stage.width())
@@ -114,7 +110,7 @@ class PictureView(QWidget):
         with QPainter(self) as painter:
             painter.fillRect(self.rect(), QColor(theme.panel))
             message = self.message
-            if self._image is not None and not message:
+            if self.image is not None and not message:
                 self._paint_picture(painter, stage)
             elif message:
                 self._paint_message(painter, stage, message)
@@ -137,15 +133,15 @@ class PictureView(QWidget):
 
     def _paint_picture(self, painter: QPainter, stage: QRectF) -> None:
         """Draw the picture, scaled once for each frame and size."""
-        assert self._image is not None
+        assert self.image is not None
         box = self.picture_box()
         painter.fillRect(stage, QColor("#000000" if colours().dark else "#14161a"))
         painter.setClipRect(stage)
         if self._zoom > 1:
             self._announce_size(QSize())
-            smooth = box.width() * self.devicePixelRatioF() < SHARP_ZOOM * self._image.width()
+            smooth = box.width() * self.devicePixelRatioF() < SHARP_ZOOM * self.image.width()
             painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, smooth)
-            painter.drawImage(box, self._image)
+            painter.drawImage(box, self.image)
         else:
             painter.drawPixmap(box.topLeft(), self._fitted(box.size()))
         painter.setClipping(False)
@@ -154,8 +150,8 @@ class PictureView(QWidget):
         """The picture at the resolution of the screen."""
         exact = (size * self.devicePixelRatioF()).toSize().expandedTo(QSize(1, 1))
         if self._scaled is None or self._scaled.size() != exact:
-            assert self._image is not None
-            self._scaled = self._screen_pixmap(scaled(self._image, exact))
+            assert self.image is not None
+            self._scaled = self._screen_pixmap(scaled(self.image, exact))
         self._announce_size(exact)
         return self._scaled
 
@@ -179,7 +175,7 @@ class PictureView(QWidget):
 
     def zoom_by(self, factor: float, about: QPointF | None = None) -> None:
         """Enlarge the picture by a factor, keeping the pixel `about` (the middle) in place."""
-        if self._image is None:
+        if self.image is None:
             return
         about = self._stage.center() if about is None else about
         before = self.picture_box()
@@ -217,7 +213,7 @@ class PictureView(QWidget):
             self.setCursor(Qt.CursorShape.ClosedHandCursor)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        if self._dragged is not None and self._image is not None:
+        if self._dragged is not None and self.image is not None:
             moved, size = event.position() - self._dragged, self.picture_box().size()
             self._dragged = event.position()
             self._centre_on(
@@ -243,7 +239,7 @@ class PictureView(QWidget):
         closer = menu.addAction("Zoom in", lambda: self.zoom_by(ZOOM_STEP**2))
         zoom_out = menu.addAction("Zoom out", lambda: self.zoom_by(ZOOM_STEP**-2))
         fit = menu.addAction("Fit", self.fit)
-        missing = "" if self._image is not None else "No frame is shown."
+        missing = "" if self.image is not None else "No frame is shown."
         for action in (copy, closer):
             set_enabled_with_reason(action, missing)
         for action in (zoom_out, fit):
@@ -253,9 +249,8 @@ class PictureView(QWidget):
         return menu
 
     def copy_frame(self) -> None:
-        """Copy the shown frame to the clipboard."""
-        if self._image is not None:
-            QGuiApplication.clipboard().setImage(self._image)
+        if self.image is not None:
+            QGuiApplication.clipboard().setImage(self.image)
 
 
 def _placed(centre: float, share: float, size: float, room: float) -> float:

@@ -146,7 +146,6 @@ class Player(QObject):
         return position + (self._clock() - time) * speed
 
     def _set_anchor(self, position: float) -> None:
-        """Anchor the clock at a position."""
         self._anchor = (self._clock(), position, self.document.view.speed)
 
     def _move(self, position: float) -> None:

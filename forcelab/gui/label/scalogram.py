@@ -29,7 +29,7 @@ from forcelab.demonstration import Demonstration
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES, signed
-from forcelab.gui.jobs import Job, Jobs
+from forcelab.gui.jobs import Jobs
 from forcelab.gui.kit.plot import draw_plate
 from forcelab.gui.label.scalogram_painting import (
     FOURIER_FACTOR,
@@ -45,7 +45,7 @@ from forcelab.gui.label.scalogram_painting import (
 )
 from forcelab.gui.label.segment_panel import SignalPanel
 from forcelab.gui.layout import set_enabled_with_reason
-from forcelab.gui.text import escape_ampersands, thousands
+from forcelab.gui.text import escape_ampersands
 from forcelab.gui.theme import colours
 from forcelab.jobs import Progress
 from forcelab.signals.channels import channel_map
@@ -177,9 +177,8 @@ class ScalogramLoader(QObject):
         super().__init__(parent)
         self.view: ChannelView | None = None
         self.pending = False
-        self._jobs, self._request = jobs, request
+        self._jobs, self._request, self._key = jobs, request, f"scalogram {id(self)}"
         self._shown: Scalogram | None = None
-        self._job: Job | None = None
         self._timer = QTimer(self, singleShot=True, interval=LOADING_DELAY_MS)
         self._timer.timeout.connect(self._begin)
 
@@ -187,25 +186,21 @@ class ScalogramLoader(QObject):
         """Compute a picture of what is visible when the span has come to rest."""
         self.pending = True
         self._timer.start()
-        if self.view is not None and self._job is not None:
-            # What it computes is out of date, and it would slow down panning and zooming.
-            self._job.cancel()
-            self._job = None
+        if self.view is not None:
+            # What is computed is out of date, and it would slow down panning and zooming.
+            self._jobs.cancel(self._key)
 
     def stop(self) -> None:
         """Cancel what is computed."""
         self._timer.stop()
         self.pending, self._shown = False, None
-        if self._job is not None:
-            self._job.cancel()
-            self._job = None
+        self._jobs.cancel(self._key)
 
     def forget(self) -> None:
         """Drop the view: the channel is another one."""
         self.view = None
 
     def _begin(self) -> None:
-        """Start a job."""
         request = self._request()
         if request is None:
             self.stop()
@@ -227,9 +222,7 @@ class ScalogramLoader(QObject):
                     self.pending = self._timer.isActive()
                 self._emit_picture(picture)
 
-        self._job = self._jobs.run(
-            compute(request, self.view), done, failed, progressed, key=f"scalogram {id(self)}"
-        )
+        self._jobs.run(compute(request, self.view), done, failed, progressed, key=self._key)
 
     def _emit_picture(self, picture: Scalogram) -> None:
         """Emit a newer picture."""
@@ -276,9 +269,7 @@ def _omitted_text(picture: Scalogram, high: float) -> str:
     reader, notes = picture.view.reader, []
     number = reader.left_out(reader.place(picture.start), reader.place(picture.end))
     if number:
-        notes.append(
-            "1 glitch left out" if number == 1 else f"{thousands(number)} glitches left out"
-        )
+        notes.append("1 glitch left out" if number == 1 else f"{number:,} glitches left out")
     if not picture.phase and np.fmax.reduce(picture.values, axis=None) > high + SPIKE:
         notes.append("spikes share the last colour")
     return ", ".join(notes)

@@ -94,8 +94,8 @@ def for_current_segment(
     """Apply a verb to one of the coder's segments by its current index, which may have changed."""
     index = document.editor.index_of(segment)
     if index is None:
-        sentence = "That segment was changed elsewhere; check it again."
-        return report_refusal(document, sentence)
+        document.refuse("That segment was changed elsewhere; check it again.")
+        return False
     return verb(index) is not None
 
 
@@ -107,10 +107,10 @@ def find_previous(document: Document) -> int | None:
 
 def find_next(document: Document) -> int | None:
     """The first segment that starts after the cursor."""
-    segments = document.editor.segments
-    index = bisect_right(segments, document.view.cursor + SLIVER, key=_start)
+    segments, cursor = document.editor.segments, document.view.cursor
+    index = bisect_right(segments, cursor + SLIVER, key=_start)
     # At first the cursor may stand on the first segment without having been sent there.
-    if index and document.selected is None and _starts_at_cursor(document, index - 1):
+    if index and document.selected is None and cursor - segments[index - 1].start <= SLIVER:
         index -= 1
     return index if index < len(segments) else None
 
@@ -135,7 +135,8 @@ def fill_range(document: Document, action: str) -> bool:
 def _on_range(document: Document, verb: Callable[[float, float], Edit | None]) -> bool:
     """Apply a verb to the marked range and forget it, unless the store refuses."""
     if document.view.range is None:  # it may have gone while a dialog was open
-        return report_refusal(document, MARK_RANGE)
+        document.refuse(MARK_RANGE)
+        return False
     done = verb(*document.view.range) is not None
     if not document.refused:
         document.view.clear_range()
@@ -165,9 +166,8 @@ def fill_gaps(document: Document, longest: float) -> bool:
     """
     if document.editor.fill_gaps(longest, None, document.view.range) is not None:
         return True
-    return report_refusal(
-        document, f"There is no gap of at most {longest:g} s to fill.", trouble=False
-    )
+    document.show_local_message(f"There is no gap of at most {longest:g} s to fill.")
+    return False
 
 
 def copy_candidates(document: Document, author: str, time: float) -> tuple[float, float] | None:
@@ -250,16 +250,3 @@ def zoom_to(document: Document, start: float, end: float) -> None:
     margin = MARGIN * (end - start)
     low, high = document.view.bounds
     document.view.set_span(max(start - margin, low), min(end + margin, high))
-
-
-def _starts_at_cursor(document: Document, index: int) -> bool:
-    return abs(document.editor.segments[index].start - document.view.cursor) <= SLIVER
-
-
-def report_refusal(document: Document, sentence: str, *, trouble: bool = True) -> bool:
-    """Say why nothing was done; gives False."""
-    if trouble:
-        document.refuse(sentence)
-    else:
-        document.show_local_message(sentence)
-    return False

@@ -413,8 +413,7 @@ class _Delegate(QStyledItemDelegate):
             painter.fillRect(box, QColor(theme.accent))
             ink = theme.accent_text
         elif under:
-            tint = translucent(theme.accent, 0.16)
-            painter.fillRect(box, tint)
+            painter.fillRect(box, translucent(theme.accent, 0.16))
         if under and column == NUMBER:
             painter.fillRect(QRectF(box.left(), box.top(), 3, box.height()), QColor(theme.cursor))
         text, side = self._model.cell_text(row, column), RIGHT
@@ -622,14 +621,13 @@ class SegmentTable(SideList):
         document, segment = self.document, self.document.editor.segments[number]
         menu = QMenu(self)
         add_relabel_menu(menu, document, segment)
-        fill = menu.addAction("Mark as range")
-        fill.triggered.connect(lambda: document.view.set_range(segment.start, segment.end))
+        menu.addAction("Mark as range", lambda: document.view.set_range(segment.start, segment.end))
         show_only = f"Show only '{shown_name(menu, segment.action)}'"
-        only = menu.addAction(icon("search"), show_only)
-        only.triggered.connect(lambda: self.filter.setText(segment.action))
+        menu.addAction(icon("search"), show_only, lambda: self.filter.setText(segment.action))
         menu.addSeparator()
-        delete = menu.addAction(icon("trash"), "Delete")
-        delete.triggered.connect(
-            lambda: for_current_segment(document, segment, document.editor.delete)
+        menu.addAction(
+            icon("trash"),
+            "Delete",
+            lambda: for_current_segment(document, segment, document.editor.delete),
         )
         return menu

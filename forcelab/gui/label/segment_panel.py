@@ -148,7 +148,6 @@ class SegmentPanel(TimePanel):
         return self.document.id, self.document.author, self.document.editor.segments
 
     def _continue_drag(self, drag: Drag, event: QMouseEvent) -> None:
-        """Follow the pointer."""
         gesture = drag.gesture
         free = CTRL if isinstance(gesture, MoveGesture) else FREE
         snapping = self.document.view.snapping and not event.modifiers() & free

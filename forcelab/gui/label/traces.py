@@ -36,7 +36,7 @@ from forcelab.gui.label.lanes import (
     spanning,
 )
 from forcelab.gui.label.segment_panel import SignalPanel
-from forcelab.gui.text import escape_ampersands, thousands
+from forcelab.gui.text import escape_ampersands
 from forcelab.gui.theme import colours
 from forcelab.jobs import Progress, finish
 from forcelab.signals.minmax import Columns, Envelope, Extremes, drawn_together, read_envelopes
@@ -103,7 +103,6 @@ class ForceChannels(QObject):
         return sum(envelope.filled for envelope in envelopes) / total if total else 1.0
 
     def envelope(self, name: str) -> Envelope:
-        """The envelope of a shown channel."""
         return self._envelopes[name]
 
     def glitches(self, name: str, start: float, end: float) -> tuple[Real, NDArray[np.bool_]]:
@@ -372,10 +371,6 @@ class ForcePanel(SignalPanel):
         self.axes, self._fitted = (), None
         self.invalidate()
 
-    def _columns(self) -> tuple[Columns, dict[str, Extremes]]:
-        """What is drawn on the screen."""
-        return self.source.extremes(column_edges(self._traces[0].box, self.devicePixelRatioF())[1])
-
     def _fit(self) -> None:
         """Let each axis hold its values; before each painting, as values may have been read."""
         if not self._strips or self.document.demonstration is None:
@@ -386,7 +381,8 @@ class ForcePanel(SignalPanel):
         if state == self._fitted:
             return
         self._fitted = state
-        columns, extremes = self._columns()
+        edges = column_edges(self._traces[0].box, self.devicePixelRatioF())[1]
+        columns, extremes = self.source.extremes(edges)
         self._notes = self._notes_on(columns)
         names, axes = self.source.names, []
         for lane, lane_axis in zip(self._strips, self._lane_axes, strict=False):
@@ -478,14 +474,12 @@ class ForcePanel(SignalPanel):
             notes.append(
                 "1 sample is a glitch, beyond all axes"
                 if glitches == 1
-                else f"{thousands(glitches)} samples are glitches, beyond all axes"
+                else f"{glitches:,} samples are glitches, beyond all axes"
             )
         if columns.pyramid and self.source.read < 1.0:
-            share = f"{100 * self.source.read:.0f}"
-            notes.append(f"reading the channels: {share} %")
+            notes.append(f"reading the channels: {100 * self.source.read:.0f} %")
         if columns.dense:
-            count = f"{columns.crowd:.0f}"
-            notes.append(f"min/max of {count} samples a pixel")
+            notes.append(f"min/max of {columns.crowd:.0f} samples a pixel")
         return notes
 
     def gutter_tip(self, x: float, y: float) -> str:

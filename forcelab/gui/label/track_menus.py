@@ -60,18 +60,13 @@ def other_menu(parent: QWidget, document: Document, author: str, time: float, pl
     index = index_at(segments, time)
     segment = None if index is None else segments[index]
     if segment is not None:
-        label = "Copy this segment to mine"
-        _add_entry(
-            menu,
-            label,
-            lambda: commands.copy_interval(document, author, segment.start, segment.end),
-        )
+        copy_this = partial(commands.copy_interval, document, author, segment.start, segment.end)
+        _add_entry(menu, "Copy this segment to mine", copy_this)
     if document.view.range is not None:
-        low, high = document.view.range
-        label = "Copy the range to mine"
-        _add_entry(menu, label, lambda: commands.copy_interval(document, author, low, high))
-    label = "Copy the whole track to mine"
-    _add_entry(menu, label, lambda: commands.copy_interval(document, author, *document.view.bounds))
+        copy_range = partial(commands.copy_interval, document, author, *document.view.range)
+        _add_entry(menu, "Copy the range to mine", copy_range)
+    copy_all = partial(commands.copy_interval, document, author, *document.view.bounds)
+    _add_entry(menu, "Copy the whole track to mine", copy_all)
     if segment is not None:
         _add_view_entries(menu, document, segment, play)
     return menu

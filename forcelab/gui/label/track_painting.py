@@ -7,7 +7,7 @@ between them or for a texture are brought onto columns of pixels first, all at o
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from itertools import takewhile
 
@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QImage, QPainter, QPen, QPolygonF
 
-from forcelab.gui.document import Document
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.figure import Theme
@@ -272,55 +271,3 @@ def plate_beside(bar: QRectF, label: str, pointer: float, within: QRectF) -> QPo
         return QPointF(behind, y)
     ends = within.left() + wide / 2, within.right() - wide / 2
     return QPointF(max(ends, key=lambda x: abs(x - pointer)), y)
-
-
-#: Heights in pixels: of the coder's row at least and at most, of another author's row, of the
-#: space between rows and around them, and of names in them.
-OWN, OWN_MOST, OTHER, BETWEEN, AROUND = 34.0, 64.0, 18.0, 4.0, 5.0
-OWN_NAME, OTHER_NAME = 12.0, 10.0
-#: The same where room is short: the coder's row, and what the others share, in pixels. Two of them
-#: keep their names; more become lower, down to a stripe of colours each.
-OWN_COMPACT, OTHERS_COMPACT, STRIPE = 26.0, 30.0, 7.0
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One author's track on screen."""
-
-    author: str
-    segments: Segments
-    box: QRectF
-    own: bool
-
-
-class RowLayout:
-    """Where each author's row lies in a panel; compact where room is short."""
-
-    def __init__(self, document: Document) -> None:
-        self.document = document
-        self.compact = False
-
-    def rows(self, plot: QRectF) -> tuple[Row, ...]:
-        """The tracks from top to bottom, the coder's own first."""
-        document, others = self.document, self.document.other_tracks
-        least, pitch = OWN_COMPACT if self.compact else OWN, OTHER + BETWEEN
-        room = plot.height() - 2 * AROUND
-        if others and self.compact:
-            pitch = min(max((room - least) / len(others), STRIPE), pitch)
-        gap = min(BETWEEN, pitch / 5)
-        high = min(max(room - len(others) * pitch, least), OWN_MOST)
-        box = QRectF(plot.left(), AROUND, plot.width(), high)
-        rows = [Row(document.author, document.editor.segments, box, True)]
-        for author, segments in others.items():
-            top = rows[-1].box.bottom() + gap
-            box = QRectF(plot.left(), top, plot.width(), pitch - gap)
-            rows.append(Row(author, segments, box, False))
-        return tuple(rows)
-
-    def least_height(self, *, compact: bool) -> int:
-        """How high the rows are at least, in pixels."""
-        count = len(self.document.other_tracks)
-        if not compact:
-            return round(OWN + 2 * AROUND + count * (OTHER + BETWEEN))
-        shared = max(min(count, 2) * OTHERS_COMPACT / 2, count * STRIPE)
-        return round(OWN_COMPACT + 2 * AROUND + shared)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from weakref import ref
 
 from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, QRectF, QSize, Qt, Signal
@@ -34,10 +35,6 @@ from forcelab.gui.label.track_gestures import (
 )
 from forcelab.gui.label.track_menus import other_menu, own_menu, range_menu
 from forcelab.gui.label.track_painting import (
-    OTHER_NAME,
-    OWN_NAME,
-    Row,
-    RowLayout,
     origin_text,
     outline,
     paint_row,
@@ -51,6 +48,25 @@ from forcelab.segment_edits import index_at, overlapping
 MODEL = "\N{WHITE DIAMOND}"
 #: What moves a whole segment.
 MOVING = Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.AltModifier
+
+
+#: Heights in pixels: of the coder's row at least and at most, of another author's row, of the
+#: space between rows and around them, and of names in them.
+OWN, OWN_MOST, OTHER, BETWEEN, AROUND = 34.0, 64.0, 18.0, 4.0, 5.0
+OWN_NAME, OTHER_NAME = 12.0, 10.0
+#: The same where room is short: the coder's row, and what the others share, in pixels. Two of them
+#: keep their names; more become lower, down to a stripe of colours each.
+OWN_COMPACT, OTHERS_COMPACT, STRIPE = 26.0, 30.0, 7.0
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One author's track on screen."""
+
+    author: str
+    segments: Segments
+    box: QRectF
+    own: bool
 
 
 class TrackPanel(SegmentPanel):
@@ -76,7 +92,7 @@ class TrackPanel(SegmentPanel):
         self.setAccessibleName("Tracks of the coders")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)  # its menu is for the keyboard, too
-        self._layout = RowLayout(document)
+        self._compact = False
         # Other authors' rows stay the same while the coder paints: their pictures are reused.
         self._pictures: dict[str, tuple[tuple[object, ...], QPixmap]] = {}
         self._plated = False  # whether something is written beside a mark
@@ -92,7 +108,20 @@ class TrackPanel(SegmentPanel):
 
     def rows(self) -> tuple[Row, ...]:
         """The tracks from top to bottom, the coder's own first."""
-        return self._layout.rows(self.plot)
+        document, others, plot = self.document, self.document.other_tracks, self.plot
+        least, pitch = OWN_COMPACT if self._compact else OWN, OTHER + BETWEEN
+        room = plot.height() - 2 * AROUND
+        if others and self._compact:
+            pitch = min(max((room - least) / len(others), STRIPE), pitch)
+        gap = min(BETWEEN, pitch / 5)
+        high = min(max(room - len(others) * pitch, least), OWN_MOST)
+        box = QRectF(plot.left(), AROUND, plot.width(), high)
+        rows = [Row(document.author, document.editor.segments, box, True)]
+        for author, segments in others.items():
+            top = rows[-1].box.bottom() + gap
+            box = QRectF(plot.left(), top, plot.width(), pitch - gap)
+            rows.append(Row(author, segments, box, False))
+        return tuple(rows)
 
     def row_at(self, position: QPointF) -> Row | None:
         """The row under a pixel of the plot, if any."""
@@ -108,20 +137,24 @@ class TrackPanel(SegmentPanel):
 
     def set_compact(self, compact: bool) -> None:
         """Whether rows become lower where there is no room for all of them."""
-        if compact != self._layout.compact:
-            self._layout.compact = compact
+        if compact != self._compact:
+            self._compact = compact
             self.updateGeometry()
             self.invalidate()
 
     def least_height(self, *, compact: bool) -> int:
         """How high the rows are at least, in pixels."""
-        return self._layout.least_height(compact=compact)
+        count = len(self.document.other_tracks)
+        if not compact:
+            return round(OWN + 2 * AROUND + count * (OTHER + BETWEEN))
+        shared = max(min(count, 2) * OTHERS_COMPACT / 2, count * STRIPE)
+        return round(OWN_COMPACT + 2 * AROUND + shared)
 
     def sizeHint(self) -> QSize:
         return QSize(900, self.least_height(compact=False) + 10)
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(self.GUTTER + 100, self.least_height(compact=self._layout.compact))
+        return QSize(self.GUTTER + 100, self.least_height(compact=self._compact))
 
     def viewportEvent(self, event: QEvent) -> bool:
         """Show a tooltip: narrow segments have no room for their names."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
 
 import numpy as np
 from PySide6.QtCore import QEvent, QRectF, QSize, Qt, QTimer
@@ -36,7 +35,7 @@ from forcelab.gui.icons import icon, paint_icon
 from forcelab.gui.label.history import time_of_edit
 from forcelab.gui.label.key_labelling import pending
 from forcelab.gui.label.playback import SPEEDS, Player
-from forcelab.gui.layout import set_enabled_with_reason
+from forcelab.gui.layout import set_enabled_with_reason, tool_button
 from forcelab.gui.preferences import REACTION_TIME
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.theme import colours, themes
@@ -256,13 +255,18 @@ class Transport(QWidget):
         self.range = ElidedLabel()
         self.range.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.range.setAccessibleName("Marked range")
-        self.reaction = QSpinBox()
+        field = REACTION_TIME.field
+        self.reaction = QSpinBox(
+            maximum=round(field.highest),
+            singleStep=round(field.step),
+            prefix="Reaction ",
+            suffix=f" {field.unit}",
+        )
         self.saved = SavedIndicator(document)
         self._rows = QBoxLayout(QBoxLayout.Direction.LeftToRight, self)
         self._rows.setContentsMargins(6, 3, 6, 3)
         self._rows.setSpacing(4)
-        self._line = QFrame()
-        self._line.setFrameShape(QFrame.Shape.VLine)
+        self._line = QFrame(frameShape=QFrame.Shape.VLine)
         self._line.setForegroundRole(QPalette.ColorRole.Mid)
         self._groups = self._playback_row(), self._labelling_row()
         self._rows.addLayout(self._groups[0])
@@ -311,24 +315,20 @@ class Transport(QWidget):
         document, player = self.document, self.player
         row = QHBoxLayout()
         row.setSpacing(1)
-        self._button(row, "start", "To the start", partial(self._to_end, 0))
+        self._button(row, "start", "To the start", lambda: self._to_end(0))
         self._button(row, "step-back", "Step back", lambda: document.view.step(-1), repeat=True)
         self._button(row, "play", "Play", player.toggle)
         self._button(
             row, "step-forward", "Step forward", lambda: document.view.step(1), repeat=True
         )
-        self._button(row, "end", "To the end", partial(self._to_end, 1))
+        self._button(row, "end", "To the end", lambda: self._to_end(1))
         loop = self._button(row, "loop", "Loop", lambda: None)
         loop.setCheckable(True)
         loop.toggled.connect(player.set_loop)
-        row.addSpacing(3)
-        row.addWidget(self.speed)
-        row.addSpacing(6)
-        row.addWidget(self.time)
-        row.addSpacing(4)
-        row.addWidget(self.length)
-        row.addSpacing(8)
-        row.addWidget(self.frame)
+        readouts = (3, self.speed), (6, self.time), (4, self.length), (8, self.frame)
+        for room, readout in readouts:
+            row.addSpacing(room)
+            row.addWidget(readout)
         row.addStretch(1)
         for label in (self.length, self.frame):
             label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
@@ -346,10 +346,6 @@ class Transport(QWidget):
         )
         snap.setCheckable(True)
         snap.toggled.connect(self.document.view.set_snapping)
-        self.reaction.setRange(0, round(REACTION_TIME.field.highest))
-        self.reaction.setSingleStep(round(REACTION_TIME.field.step))
-        self.reaction.setPrefix("Reaction ")
-        self.reaction.setSuffix(" ms")
         self.reaction.setToolTip(REACTION_TIME.field.tip)
         self.reaction.setAccessibleName("Reaction time in milliseconds")
         self._show_reaction_time()
@@ -375,14 +371,11 @@ class Transport(QWidget):
         repeat: bool = False,
     ) -> QToolButton:
         """Add a button with an icon; a click leaves the keyboard where it is."""
-        button = QToolButton()
-        button.setIcon(icon(name))
+        button = tool_button(name, text, verb)
         button.setIconSize(QSize(18, 18))
-        button.setAccessibleName(text)
         button.setAutoRaise(True)
         button.setAutoRepeat(repeat)
         button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        button.clicked.connect(lambda _=False: verb())
         self.buttons[name] = button
         row.addWidget(button)
         return button

@@ -60,7 +60,6 @@ class VideoSelection(QObject):
             self.changed.emit()
 
     def show_all(self) -> None:
-        """Show all videos side by side."""
         if not self.side_by_side:
             self.shown, self.side_by_side = 0, True
             self.changed.emit()
@@ -166,9 +165,9 @@ class VideoPanel(PictureView):
     """The frame of a video at the cursor, and its number and time below.
 
     That is the selected video, or the one in a `place` of those beside it, of which none has a say
-    in where the cursor is. `frame_shown` is the number (from 0) of a frame that is on the screen
-    now; -1 for none. After a jump it may come twice: for a coarse picture of the frame, and for the
-    frame itself.
+    in where the cursor is. `shown_index` is the number (from 0) of the frame that is on the screen
+    now, -1 for none, and `frame_shown` tells it. After a jump that may come twice: for a coarse
+    picture of the frame, and for the frame itself.
     """
 
     frame_shown = Signal(int)
@@ -198,7 +197,7 @@ class VideoPanel(PictureView):
         """Reset all that is known of a video."""
         self._times: Array | None = None
         self._period = 0.0
-        self._shown = self._requested = -1
+        self.shown_index = self._requested = -1
         self._sharp = True
         self._trouble = self._progress = ""
         self._missing = (-1, "")
@@ -213,17 +212,12 @@ class VideoPanel(PictureView):
         return self._reference is not None
 
     @property
-    def shown_index(self) -> int:
-        """The number of the shown frame, from 0; -1 for none."""
-        return self._shown
-
-    @property
     def settled(self) -> bool:
         """Whether the panel shows the frame at the cursor, or that there is none."""
         if self._open is None or self._trouble or not self.isVisible():
             return True
         has_index = self._times is not None
-        right = self._shown == self._requested and self._sharp
+        right = self.shown_index == self._requested and self._sharp
         return has_index and (right or self._missing[0] == self._requested)
 
     @property
@@ -235,11 +229,11 @@ class VideoPanel(PictureView):
     def caption(self) -> str:
         times, reference = self._times, self._reference
         name = [reference.name] if reference is not None and self._selection.beside else []
-        if times is None or reference is None or self._shown < 0:
+        if times is None or reference is None or self.shown_index < 0:
             return " · ".join([*name, *filter(None, [self._progress])])
         # The time first: a narrow panel cuts the end.
-        time = signed(f"{float(reference.clock.to_force(times[self._shown])):.3f}")
-        parts = [*name, f"{time} s", f"frame {self._shown + 1} of {len(times)}"]
+        time = signed(f"{float(reference.clock.to_force(times[self.shown_index])):.3f}")
+        parts = [*name, f"{time} s", f"frame {self.shown_index + 1} of {len(times)}"]
         if self._period:
             over = self._video_time > times[-1] + ENDED_PERIODS * self._period
             rate = f"{1 / self._period:.4g}/s"
@@ -289,11 +283,9 @@ class VideoPanel(PictureView):
     def _video_time(self) -> float:
         """The cursor, or the dragged time, on the video's own clock (s)."""
         reference = self._reference
-        return (
-            0.0
-            if reference is None
-            else float(reference.clock.to_device(self.document.view.displayed_time))
-        )
+        if reference is None:
+            return 0.0
+        return float(reference.clock.to_device(self.document.view.displayed_time))
 
     def _demonstration_changed(self) -> None:
         """Open the video of the demonstration, or follow a new clock of the one that is open."""
@@ -356,14 +348,17 @@ class VideoPanel(PictureView):
             document.view.seek(first)
 
     def _request_frame(self, _: float = 0.0, *, again: bool = False) -> None:
-        """Request the frame at the cursor."""
         if self._times is None:
             return
         number = last_at(self._times, self._video_time)
         step, self._requested = number - self._requested, number
         if number < 0:
             self._show(None, -1)
-        elif self.isVisible() and (step or again) and not (number == self._shown and self._sharp):
+        elif (
+            self.isVisible()
+            and (step or again)
+            and not (number == self.shown_index and self._sharp)
+        ):
             travelling = self.document.view.playing or 0 < step <= LONGEST_STEP
             direction = 1 if travelling else -1 if -LONGEST_STEP <= step < 0 else 0
             image = self._ensure_frames().request_frame(number, direction)
@@ -377,7 +372,7 @@ class VideoPanel(PictureView):
     def _opened(self, times: Array) -> None:
         self._times = times
         self._period = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
-        self._shown = self._requested = -1
+        self.shown_index = self._requested = -1
         if self._place is None:
             self._publish_times()
             self._to_first_frame()
@@ -415,21 +410,21 @@ class VideoPanel(PictureView):
         if self._times is None:  # the first frame, while the index is read
             self._show(image, -1)
         elif number == self._requested or (
-            self.document.view.playing and self._shown < number < self._requested
+            self.document.view.playing and self.shown_index < number < self._requested
         ):
             self._show(image, number)
 
     def _sketched(self, number: int, image: QImage) -> None:
         """Show a coarse picture of the frame at the cursor until it is decoded."""
-        if number == self._requested != self._shown:
+        if number == self._requested != self.shown_index:
             self._show(image, number, sharp=False)
 
     def _show(self, image: QImage | None, number: int, *, sharp: bool = True) -> None:
         self._sharp = sharp
-        if image is None and self._image is None and self._shown == number:
+        if image is None and self.image is None and self.shown_index == number:
             self.update()
             return
-        self._shown = number
+        self.shown_index = number
         fitted = None
         if image is not None and sharp and self._frames is not None:
             fitted = self._frames.fitted(number)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 import pyqtgraph as pg
@@ -16,7 +15,6 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QDialog,
     QDialogButtonBox,
-    QDoubleSpinBox,
     QGridLayout,
     QGroupBox,
     QHBoxLayout,
@@ -43,7 +41,16 @@ from forcelab.gui.jobs import Jobs
 from forcelab.gui.kit.plot import Plot
 from forcelab.gui.label.picture_view import PictureView
 from forcelab.gui.label.video_frames import VideoFrames
-from forcelab.gui.layout import FRAME, set_enabled_with_reason, whole_rows
+from forcelab.gui.layout import (
+    FRAME,
+    fill_layout,
+    label_of,
+    push_button,
+    seconds_box,
+    set_enabled_with_reason,
+    toned_label,
+    whole_rows,
+)
 from forcelab.gui.theme import colours
 from forcelab.gui.widgets import ElidedComboBox
 from forcelab.jobs import Progress
@@ -152,11 +159,7 @@ class VideoPreview(QWidget):
         self.picture.setAccessibleName("Frame of the video")
         self.slider = QSlider(Qt.Orientation.Horizontal)
         self.slider.setAccessibleName("Frame")
-        self.spin = QDoubleSpinBox()
-        self.spin.setDecimals(3)
-        self.spin.setSuffix(" s")
-        self.spin.setKeyboardTracking(False)
-        self.spin.setAccessibleName("Time on the video's own clock")
+        self.spin = seconds_box("Time on the video's own clock")
         self.back, self.on = QToolButton(), QToolButton()
         for button, arrow, name, step in (
             (self.back, Qt.ArrowType.LeftArrow, "Frame before", -1),
@@ -168,19 +171,9 @@ class VideoPreview(QWidget):
             button.setAccessibleName(name)
             button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
             button.clicked.connect(lambda _=False, step=step: self.show_frame(self.number + step))
-        label = QLabel("&Video time")
-        label.setBuddy(self.spin)
-        row = QHBoxLayout()
-        row.addWidget(label)
-        row.addWidget(self.spin)
-        row.addWidget(self.back)
-        row.addWidget(self.on)
-        row.addStretch(1)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self.picture, 1)
-        column.addWidget(self.slider)
-        column.addLayout(row)
+        label = label_of(self.spin, "&Video time")
+        row = fill_layout(QHBoxLayout(), label, self.spin, self.back, self.on, 1)
+        fill_layout(QVBoxLayout(self), (self.picture, 1), self.slider, row, margins=0)
         self.frames.opened.connect(self._opened)
         self.frames.frame_ready.connect(self._shown)
         self.frames.failed.connect(self._show_problem)
@@ -248,8 +241,7 @@ class VideoPreview(QWidget):
     def _shown(self, number: int, image: QImage) -> None:
         """Show a decoded frame."""
         if number == self.number:
-            caption = f"frame {number + 1} of {max(self.times.size, 1)}"
-            self.picture.show_image(image, caption)
+            self.picture.show_image(image, f"frame {number + 1} of {max(self.times.size, 1)}")
 
     def _show_problem(self, sentence: str) -> None:
         """Show why a frame cannot be shown."""
@@ -290,15 +282,9 @@ class _FrameView(PictureView):
         self.set_image(None)
 
 
-ButtonT = TypeVar("ButtonT", QPushButton, QCheckBox)
-
-
-def _labelled_row(button: ButtonT) -> ButtonT:
+def _button(text: str, press: Callable[[], object]) -> QPushButton:
     """A button that screen readers name as it is labelled; Enter presses only the one in focus."""
-    button.setAccessibleName(button.text().replace("&", ""))
-    if isinstance(button, QPushButton):
-        button.setAutoDefault(False)
-    return button
+    return push_button(text, press, text.replace("&", ""), auto_default=False)
 
 
 #: The force tap is set to a contact event at most so far from the cursor (s).
@@ -345,18 +331,10 @@ class SynchroniseDialog(QDialog):
         left = QVBoxLayout()
         if len(demonstration.videos) > 1:
             left.addLayout(self._choice_row(demonstration.videos))
-        left.addWidget(self.preview, 1)
-        left.addLayout(self._force_row())
-        right = QVBoxLayout()
-        right.addWidget(self._taps_box(), 1)
-        right.addWidget(self._clock_box())
-        top = QHBoxLayout()
-        top.addLayout(left, 3)
-        top.addLayout(right, 2)
-        column = QVBoxLayout(self)
-        column.addLayout(top, 1)
-        column.addWidget(self.plot)
-        column.addLayout(self._button_row())
+        fill_layout(left, (self.preview, 1), self._force_row())
+        right = fill_layout(QVBoxLayout(), (self._taps_box(), 1), self._clock_box())
+        top = fill_layout(QHBoxLayout(), (left, 3), (right, 2))
+        fill_layout(QVBoxLayout(self), (top, 1), self.plot, self._button_row())
         self.jobs = jobs
         self._id = document.id
         self.rows: tuple[TapRow, ...] = ()
@@ -364,14 +342,6 @@ class SynchroniseDialog(QDialog):
         self.residual: float | None = None
         self.proposal: Proposal | None = None
         self.setWindowTitle(f"Synchronise video and force – {demonstration.name}")
-        for button, verb in (
-            (self.frame_button, self.mark_frame),
-            (self.force_button, self.mark_force),
-            (self.remove_button, self.remove),
-            (self.propose_button, self.propose),
-            (self.reset_button, self.reset),
-        ):
-            button.clicked.connect(verb)
         self.fit_rate.toggled.connect(lambda: self.set_rows(self.rows))
         self.table.currentCellChanged.connect(self._show_tap)
         document.view.cursor_moved.connect(self._show_cursor)
@@ -412,37 +382,25 @@ class SynchroniseDialog(QDialog):
         choice.setCurrentText(self.video.name)
         choice.setAccessibleName("Video to synchronise")
         choice.activated.connect(self._choose)
-        label = QLabel("Vi&deo")
-        label.setBuddy(choice)
-        row = QHBoxLayout()
-        row.addWidget(label)
-        row.addWidget(choice, 1)
-        return row
+        return fill_layout(QHBoxLayout(), label_of(choice, "Vi&deo"), (choice, 1))
 
     def _force_row(self) -> QHBoxLayout:
-        self.force_time = QDoubleSpinBox()
-        self.force_time.setDecimals(3)
-        self.force_time.setSuffix(" s")
+        self.force_time = seconds_box("Cursor on the force clock")
         self.force_time.setRange(*self.document.view.bounds)
         self.force_time.setSingleStep(0.001)
-        self.force_time.setKeyboardTracking(False)
-        self.force_time.setAccessibleName("Cursor on the force clock")
         self.force_time.valueChanged.connect(self.document.view.seek)
-        self.snap = _labelled_row(QCheckBox("&Snap to contact events"))
+        self.snap = QCheckBox("&Snap to contact events")
+        self.snap.setAccessibleName("Snap to contact events")
         self.snap.setChecked(True)
-        label = QLabel("F&orce time")
-        label.setBuddy(self.force_time)
-        row = QHBoxLayout()
-        for widget in (label, self.force_time, self.snap):
-            row.addWidget(widget)
-        row.addStretch(1)
-        return row
+        label = label_of(self.force_time, "F&orce time")
+        return fill_layout(QHBoxLayout(), label, self.force_time, self.snap, 1)
 
     def _taps_box(self) -> QGroupBox:
-        self.frame_button = _labelled_row(QPushButton("Set &video tap"))
-        self.force_button = _labelled_row(QPushButton("Set &force tap"))
-        self.remove_button = _labelled_row(QPushButton("&Remove"))
-        self.fit_rate = _labelled_row(QCheckBox("Fit the rate too, from &two taps on"))
+        self.frame_button = _button("Set &video tap", self.mark_frame)
+        self.force_button = _button("Set &force tap", self.mark_force)
+        self.remove_button = _button("&Remove", self.remove)
+        self.fit_rate = QCheckBox("Fit the rate too, from &two taps on")
+        self.fit_rate.setAccessibleName("Fit the rate too, from two taps on")
         self.fit_rate.setChecked(True)
         self.table = QTableWidget(0, 3)
         self.table.setAccessibleName("Taps")
@@ -485,24 +443,16 @@ class SynchroniseDialog(QDialog):
         return box
 
     def _button_row(self) -> QHBoxLayout:
-        self.propose_button = _labelled_row(QPushButton("Find &taps"))
-        self.reset_button = _labelled_row(QPushButton("R&eset"))
-        self.trouble = QLabel()
-        self.trouble.setWordWrap(True)
-        self.trouble.setStyleSheet(f"color: {colours().trouble}")
-        self.accept_button = _labelled_row(QPushButton("&Accept"))
-        self.cancel_button = _labelled_row(QPushButton("Cancel"))
+        self.propose_button = _button("Find &taps", self.propose)
+        self.reset_button = _button("R&eset", self.reset)
+        self.trouble = toned_label("trouble")
+        self.accept_button = _button("&Accept", self.accept)
+        self.cancel_button = _button("Cancel", self.reject)
         buttons = QDialogButtonBox()
         buttons.addButton(self.accept_button, QDialogButtonBox.ButtonRole.AcceptRole)
         buttons.addButton(self.cancel_button, QDialogButtonBox.ButtonRole.RejectRole)
-        buttons.accepted.connect(self.accept)
-        buttons.rejected.connect(self.reject)
-        row = QHBoxLayout()
-        row.addWidget(self.propose_button)
-        row.addWidget(self.reset_button)
-        row.addWidget(self.trouble, 1)
-        row.addWidget(buttons)
-        return row
+        parts = self.propose_button, self.reset_button, (self.trouble, 1), buttons
+        return fill_layout(QHBoxLayout(), *parts)
 
     # Verbs
 

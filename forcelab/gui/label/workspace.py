@@ -9,7 +9,7 @@ from itertools import accumulate
 import numpy as np
 from PySide6.QtCore import QByteArray, QEvent, QObject, QSize, Qt, QTimer
 from PySide6.QtGui import QAction, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QDockWidget, QSplitter, QStackedWidget, QTabBar, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDockWidget, QSplitter, QStackedWidget, QTabBar, QWidget
 
 from forcelab.gui import settings
 from forcelab.gui.document import Document
@@ -26,7 +26,7 @@ from forcelab.gui.label.traces import ForcePanel
 from forcelab.gui.label.tracks import TrackPanel
 from forcelab.gui.label.transport import Transport
 from forcelab.gui.label.video import VideoPanels, VideoSelection
-from forcelab.gui.layout import Dock, DockedWindow, placeholder
+from forcelab.gui.layout import LAYOUT, Dock, DockedWindow, page_layout, placeholder
 from forcelab.signals.contacts import ContactEvent, find_contacts
 
 #: Contact events less clear than this are not snapped to: nobody sees them in the curves, and where
@@ -51,8 +51,7 @@ class Timeline(QWidget):
         transport: QWidget,
     ) -> None:
         super().__init__()
-        self.splitter = QSplitter(Qt.Orientation.Vertical)
-        self.splitter.setChildrenCollapsible(False)
+        self.splitter = QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False)
         rows: list[tuple[QWidget, int]] = [(tracks, 0), *panels.items()]
         for i, (widget, share) in enumerate(rows):
             self.splitter.addWidget(widget)
@@ -62,11 +61,7 @@ class Timeline(QWidget):
         self._optional: tuple[QWidget, ...] = (*panels, overview)
         self._switched_off: set[QWidget] = set()
         self._fitted = False
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        for widget, share in ((ruler, 0), (self.splitter, 1), (overview, 0), (transport, 0)):
-            column.addWidget(widget, share)
+        page_layout(self, ruler, self.splitter, overview, transport, growing=self.splitter)
 
     def set_shown(self, panel: QWidget, shown: bool) -> None:
         """Show a panel where there is room for it, or hide it."""
@@ -134,8 +129,6 @@ def _least_size(widget: QWidget) -> QSize:
 
 #: From this width on, in pixels, a video gets more than the lists need.
 LARGE = 1400
-#: The layout's version: a layout of another one is not restored.
-LAYOUT = 1
 
 
 class LabelWorkspace(DockedWindow):
@@ -198,6 +191,8 @@ class LabelWorkspace(DockedWindow):
         #: The heights of the lists once there are segments; None while there are.
         self._list_heights: tuple[int, int] | None = None
         self._room_distributed = False
+        #: The widths that the lists were given at first: nobody has dragged them if they have them.
+        self._standard_widths: dict[QDockWidget, int] | None = None
         self._video_has_room = False  # nobody has seen one yet, or it has its place
         document.demonstration_changed.connect(self._demonstration_changed)
         document.tracks_changed.connect(self._fit_lists)
@@ -229,7 +224,6 @@ class LabelWorkspace(DockedWindow):
         return self._stack, self.video
 
     def take_back(self) -> None:
-        """Take timeline and video back."""
         if self.centralWidget() is not self._stack:
             self.setCentralWidget(self._stack)
             self._stack.show()
@@ -243,11 +237,8 @@ class LabelWorkspace(DockedWindow):
     # Layout
 
     def restore_layout(self) -> None:
-        """Restore the layout of the last session."""
         self.force.source.restore_choices()
-        state = settings.data("label/layout")
-        if state and self.restoreState(QByteArray(state), LAYOUT):
-            self.recall_widths(settings.strings("label/widths"))
+        if self.restore_docks("label"):
             self._room_distributed = self._video_has_room = True
             self._splitter.restoreState(QByteArray(settings.data("label/panels")))
         if settings.flag("label/side_by_side"):
@@ -260,8 +251,7 @@ class LabelWorkspace(DockedWindow):
         """Store the layout, and what panels show."""
         self.force.source.save_choices()
         self._restore_lists()
-        settings.store("label/layout", bytes(self.saveState(LAYOUT).data()))
-        settings.store("label/widths", self.widths)
+        self.store_docks("label")
         settings.store("label/panels", bytes(self._splitter.saveState().data()))
         settings.store("label/side_by_side", self.videos.side_by_side)
         hidden = [name for name, action in self.toggles.items() if not action.isChecked()]
@@ -288,8 +278,11 @@ class LabelWorkspace(DockedWindow):
         QTimer.singleShot(0, self, self._fit_lists)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep an empty list small."""
+        """Keep an empty list small, and a video as large as a large screen allows."""
+        wide_before = event.oldSize().width() >= LARGE
         super().resizeEvent(event)
+        if wide_before != (self.width() >= LARGE) and self._widths == self._standard_widths:
+            self._distribute_room()
         if self._list_heights is not None:
             self._share_height(0.0)
 
@@ -312,9 +305,7 @@ class LabelWorkspace(DockedWindow):
 
     def _add_action(self, name: str, text: str, show: Callable[[bool], object]) -> None:
         """Add the entry of a panel in the View menu."""
-        action = QAction(text, self)
-        action.setCheckable(True)
-        action.setChecked(True)
+        action = QAction(text, self, checkable=True, checked=True)
         action.toggled.connect(show)
         self.toggles[name] = action
 
@@ -344,6 +335,7 @@ class LabelWorkspace(DockedWindow):
             width = min(self.width() * 3 // 8, 720)
         # All of them: one that is hidden, as the video may be, has no say.
         self.set_widths([video, actions, segments], width)
+        self._standard_widths = dict(self._widths)
         rest = max(self.height() - width * 3 // 4, 2)
         heights = [width * 3 // 4, rest // 2, rest // 2]
         self.resizeDocks([video, actions, segments], heights, Qt.Orientation.Vertical)

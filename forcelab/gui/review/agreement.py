@@ -201,7 +201,6 @@ class AgreementView(QWidget):
         self.document.show_message(str(error), True)
 
     def _show(self) -> None:
-        """Fill the pages, or say what is missing."""
         result = self.result
         hidden = 0 if result is None else result.hidden
         note = f"{hidden} demonstrations are left out until you have labelled them blind."

@@ -8,7 +8,16 @@ from pathlib import Path
 from typing import cast
 
 import numpy as np
-from PySide6.QtCore import QEvent, QModelIndex, QPointF, QRectF, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import (
+    QEvent,
+    QModelIndex,
+    QPointF,
+    QRectF,
+    QSize,
+    Qt,
+    QTimer,
+    Signal,
+)
 from PySide6.QtGui import (
     QColor,
     QFocusEvent,
@@ -36,7 +45,7 @@ from PySide6.QtWidgets import (
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
-from forcelab.gui.figures.confusion import MATRIX, ConfusionMatrix, MatrixLabels
+from forcelab.gui.figures.confusion import MATRIX, ConfusionMatrix
 from forcelab.gui.figures.figure import LIGHT, Figure
 from forcelab.gui.file_dialogs import ask_picture, save_picture
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable, as_tsv, copy_text
@@ -56,61 +65,6 @@ from forcelab.labels import Interval
 from forcelab.review.confusion import ConfusionCounts, Share, Unit, count_confusion, normalise
 from forcelab.review.run_result import RunResult
 from forcelab.text import counted
-
-
-def cell_sentence(cells: ConfusionCounts, cell: tuple[int, int], unit: Unit, share: Share) -> str:
-    """Such as ``"grab seen as hold: 12.3 s, 8 % of grab, in 5 places"``; by column, of hold."""
-    row, column = cell
-    human = cells.actions[row]
-    missed = column == len(cells.actions)
-    predicted = "unlabelled" if missed else cells.actions[column]
-    if missed:
-        event = f"{human} left unlabelled"
-    elif row == column:
-        event = f"{human} recognised"
-    else:
-        event = f"{human} seen as {predicted}"
-    matrix = cells.matrix(unit)
-    if matrix[row, column] == 0:
-        return f"{event}: never"
-    part = 100 * float(normalise(matrix, "column" if share == "column" else "row")[row, column])
-    total = human
-    if share == "column":
-        total = f"all that was {'left unlabelled' if missed else f'seen as {predicted}'}"
-    share_text = f"{_percent_text(part)} % of {total}"
-    number = int((matrix if unit == "segments" else cells.numbers(unit))[row, column])
-    if unit == "segments":
-        return f"{event}: {counted(number, 'segment')}, {share_text}"
-    seconds = f"{matrix[row, column]:,.{_decimals(matrix[row, column])}f} s"
-    return f"{event}: {seconds}, {share_text}, in {counted(number, 'place')}"
-
-
-def missing_matrix_text(run: RunResult | None, *, opened: bool) -> str:
-    """Why there is no matrix; `opened` says whether a project is open."""
-    if not opened:
-        return "Open a project to see which actions are confused."
-    if run is None:
-        return (
-            "Train a recogniser; this then shows which actions it confuses, and every place where "
-            "it does."
-        )
-    return (
-        "No demonstration that you may see was tested in this run: label at least two, or finish "
-        "those that you code blind."
-    )
-
-
-def matrix_as_tsv(cells: ConfusionCounts, unit: Unit, share: Share) -> str:
-    """What the matrix shows as lines of cells with tabs between them."""
-    matrix = cells.matrix(unit)
-    cells_shown = matrix if share == "counts" else normalise(matrix, share)
-    decimals = 4 if share != "counts" else 3 if unit == "time" else 0
-    lines = [["", *cells.actions, "unlabelled"]]
-    lines += [
-        [action, *(f"{value:.{decimals}f}" for value in row)]
-        for action, row in zip(cells.actions, cells_shown.tolist(), strict=True)
-    ]
-    return as_tsv(lines)
 
 
 def _decimals(seconds: float) -> int:
@@ -139,7 +93,6 @@ class CellIntervals(QWidget):
         self.hint.setMargin(8)
         self.hint.setAlignment(Qt.AlignmentFlag.AlignTop)
         page_layout(self, self.hint, self.table, growing=self.table)
-        self._filling = False
         self.table.selectionModel().currentRowChanged.connect(self._row_chosen)
         self.table.clicked.connect(self._row_clicked)
         self.clear()
@@ -177,10 +130,8 @@ class CellIntervals(QWidget):
             )
             for place in places
         ]
-        self._filling = True
         self.places = places
         self.model.show(columns, rows)
-        self._filling = False
         self.table.fit_columns(stretched=0)
         self.table.setVisible(bool(places))
         self.hint.setVisible(len(places) < number or not number)
@@ -190,7 +141,7 @@ class CellIntervals(QWidget):
             self.hint.setText("This cell is empty.")
 
     def _row_chosen(self, index: QModelIndex) -> None:
-        if index.isValid() and not self._filling:
+        if index.isValid():
             self.document.review.examine(self.places[index.row()])
 
     def _row_clicked(self, index: QModelIndex) -> None:
@@ -368,9 +319,7 @@ def stage_combo_box() -> QComboBox:
 class DisplayOptions(QWidget):
     """Three lists to choose from, and what can be done with the matrix."""
 
-    #: Another prediction is asked for, which is to be counted.
-    stage_changed = Signal()
-    #: The same is to be shown otherwise.
+    #: The same is to be shown otherwise; another stage has to be counted first.
     changed = Signal()
 
     def __init__(self) -> None:
@@ -410,9 +359,8 @@ class DisplayOptions(QWidget):
         self._rows.addLayout(self._parts[0])
         self._rows.addStretch(1)
         self._rows.addLayout(self._parts[1])
-        self.stage_box.currentIndexChanged.connect(lambda _: self.stage_changed.emit())
         for box in (self.unit_box, self.share_box):
-            box.currentIndexChanged.connect(lambda _: self.changed.emit())
+            box.currentIndexChanged.connect(self.changed)
 
     def minimumSizeHint(self) -> QSize:
         """As narrow as the lists: the buttons then stand below them."""
@@ -485,7 +433,7 @@ class ConfusionView(QWidget):
         self._area.setBackgroundRole(QPalette.ColorRole.Base)
         self._area.setAlignment(Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop)
         self._lay_out()
-        self.switches.stage_changed.connect(self._refresh)
+        self.switches.stage_box.currentIndexChanged.connect(self._refresh)
         self.switches.changed.connect(self._changed)
         self.switches.copy.clicked.connect(self.copy)
         self.switches.save.clicked.connect(self.ask_save)
@@ -502,9 +450,18 @@ class ConfusionView(QWidget):
         return None if self.cells is None else self._figure(headed=True)
 
     def copy(self) -> None:
-        if self.cells is not None:
-            copy_text(matrix_as_tsv(self.cells, self.switches.unit, self.switches.share))
-            self.document.show_message("The matrix was copied.")
+        """Copy what the matrix shows as tab-separated text."""
+        cells, unit, share = self.cells, self.switches.unit, self.switches.share
+        if cells is None:
+            return
+        matrix = cells.matrix(unit)
+        shown = matrix if share == "counts" else normalise(matrix, share)
+        decimals = 4 if share != "counts" else 3 if unit == "time" else 0
+        lines = [["", *cells.actions, "unlabelled"]]
+        for action, row in zip(cells.actions, shown.tolist(), strict=True):
+            lines.append([action, *(f"{value:.{decimals}f}" for value in row)])
+        copy_text(as_tsv(lines))
+        self.document.show_message("The matrix was copied.")
 
     def ask_save(self) -> None:
         title = "Save the confusion matrix"
@@ -564,7 +521,7 @@ class ConfusionView(QWidget):
         if run is None or not run.tested:
             self._jobs.cancel(CONFUSION_JOB)
             self._run = None
-            self._show_empty(missing_matrix_text(run, opened=self.document.project is not None))
+            self._show_empty(self._missing(run))
             return
         requested = (tuple(d.id for d in run.tested), self.switches.stage)
         if self._run is not self.document.review.run or self._requested_cell != requested:
@@ -576,6 +533,20 @@ class ConfusionView(QWidget):
             self.cells = None
             self.list.clear()
             self._jobs.run(count_confusion(run, self.switches.stage), self._take, key=CONFUSION_JOB)
+
+    def _missing(self, run: RunResult | None) -> str:
+        """Why there is no matrix."""
+        if self.document.project is None:
+            return "Open a project to see which actions are confused."
+        if run is None:
+            return (
+                "Train a recogniser; this then shows which actions it confuses, and every place "
+                "where it does."
+            )
+        return (
+            "No demonstration that you may see was tested in this run: label at least two, or "
+            "finish those that you code blind."
+        )
 
     def _changed(self) -> None:
         self._draw()
@@ -601,16 +572,9 @@ class ConfusionView(QWidget):
 
     def _figure(self, *, headed: bool) -> ConfusionMatrix:
         assert self.cells is not None
-        run, unit, matrix = (
-            self.document.review.run,
-            self.switches.unit,
-            self.cells.matrix(self.switches.unit),
-        )
-        title = "" if run is None else run.title
+        run, unit = self.document.review.run, self.switches.unit
+        matrix, title = self.cells.matrix(unit), "" if run is None else run.title
         stage = self.switches.stage
-        # In the cells are shares: only the totals have a unit.
-        total = "total (s)" if unit == "time" else "total"
-        words = MatrixLabels("human", "predicted", "unlabelled", total)
         return ConfusionMatrix(
             f"{title}, after the filters" if stage == "filtered" else f"{title}, raw predictions",
             self.cells.actions,
@@ -619,7 +583,8 @@ class ConfusionView(QWidget):
             unit="s" if unit == "time" else "segments",
             share=self.switches.share,
             headed=headed,
-            labels=MatrixLabels() if headed else words,
+            # In the cells are shares: only the totals have a unit.
+            total="total (s)" if unit == "time" and not headed else "total",
         )
 
     def _draw(self) -> None:
@@ -633,9 +598,35 @@ class ConfusionView(QWidget):
         if self.cells is None or cell is None:
             self.sentence.setText("")
             return
-        text = cell_sentence(self.cells, cell, self.switches.unit, self.switches.share)
+        text = self._cell_sentence(self.cells, *cell)
         self.sentence.setText(text)
         self.canvas.setAccessibleDescription(text)
+
+    def _cell_sentence(self, cells: ConfusionCounts, row: int, column: int) -> str:
+        """Such as ``"grab seen as hold: 12.3 s, 8 % of grab, in 5 places"``; by column, of hold."""
+        unit, share = self.switches.unit, self.switches.share
+        human = cells.actions[row]
+        missed = column == len(cells.actions)
+        predicted = "unlabelled" if missed else cells.actions[column]
+        if missed:
+            event = f"{human} left unlabelled"
+        elif row == column:
+            event = f"{human} recognised"
+        else:
+            event = f"{human} seen as {predicted}"
+        matrix = cells.matrix(unit)
+        if matrix[row, column] == 0:
+            return f"{event}: never"
+        part = 100 * float(normalise(matrix, "column" if share == "column" else "row")[row, column])
+        total = human
+        if share == "column":
+            total = f"all that was {'left unlabelled' if missed else f'seen as {predicted}'}"
+        share_text = f"{_percent_text(part)} % of {total}"
+        number = int((matrix if unit == "segments" else cells.numbers(unit))[row, column])
+        if unit == "segments":
+            return f"{event}: {counted(number, 'segment')}, {share_text}"
+        seconds = f"{matrix[row, column]:,.{_decimals(matrix[row, column])}f} s"
+        return f"{event}: {seconds}, {share_text}, in {counted(number, 'place')}"
 
     def _pick(self, row: int, column: int, by_key: bool) -> None:
         """List the intervals of a cell; the keyboard goes there too."""

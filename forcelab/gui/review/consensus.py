@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
-from typing import NamedTuple
 
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QResizeEvent, QShowEvent
+from PySide6.QtCore import QKeyCombination, QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QKeyEvent, QKeySequence, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import (
     QApplication,
     QGridLayout,
@@ -146,95 +145,43 @@ class ConsensusChoice(QWidget):
 
 #: How many letters wide a button is around "Take NAME": its key and its edges.
 BUTTON_CHARACTERS = 8
-NO_MODIFIER = Qt.KeyboardModifier.NoModifier
-CTRL = Qt.KeyboardModifier.ControlModifier
-SHIFT = Qt.KeyboardModifier.ShiftModifier
 
 
-class _KeyBinding(NamedTuple):
-    """What a button and its key do."""
+class KeyedButton(QPushButton):
+    """A button that shows its key, which holds while the keyboard is near it."""
 
-    button: QPushButton
-    key: Qt.Key
-    modifiers: Qt.KeyboardModifier
-    do: Callable[[], object]
+    def __init__(self, text: str, key: str, do: Callable[[], object], full_text: str = "") -> None:
+        super().__init__()
+        self.key = QKeySequence(key)
+        self.setMinimumWidth(40)
+        self.clicked.connect(lambda _: do())
+        self.write(text, full_text)
 
-
-class _KeyedButtons:
-    """Buttons that show their key; the keys hold while the keyboard is near them."""
-
-    def __init__(self) -> None:
-        self._verbs: list[_KeyBinding] = []
-
-    def add(
-        self,
-        text: str,
-        key: Qt.Key,
-        do: Callable[[], object],
-        modifiers: Qt.KeyboardModifier = NO_MODIFIER,
-    ) -> QPushButton:
-        """A new button with a key, a letter or a digit."""
-        button = QPushButton()
-        button.setMinimumWidth(40)
-        button.clicked.connect(lambda _=False: do())
-        self._verbs.append(_KeyBinding(button, key, modifiers, do))
-        self.name(button, text)
-        return button
-
-    def name(self, button: QPushButton, text: str, full_text: str = "") -> None:
-        """Write a button's text, which may be cut from a whole one, and its key on it."""
-        verb = next(verb for verb in self._verbs if verb.button is button)
-        key = chr(verb.key)
-        key = {SHIFT: f"⇧{key}", CTRL: key_name(f"Ctrl+{key}")}.get(verb.modifiers, key)
-        button.setText(escape_ampersands(f"{text}  [{key}]"))
-        button.setAccessibleName(full_text or text)
-        button.setToolTip(full_text or text)
-
-    def handle_key(self, event: QKeyEvent) -> Callable[[], object] | None:
-        """What a key does: nothing where its button cannot be pressed, None where it is no key."""
-        modifiers = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
-        pressed = (Qt.Key(event.key()), modifiers)
-        verb = next((v for v in self._verbs if (v.key, v.modifiers) == pressed), None)
-        if verb is None:
-            return None
-        return verb.do if verb.button.isEnabled() else lambda: None
+    def write(self, text: str, full_text: str = "") -> None:
+        """Write another text, which may be cut from a whole one, and the key."""
+        key = key_name(self.key.toString()).replace("Shift+", "⇧")
+        self.setText(escape_ampersands(f"{text}  [{key}]"))
+        self.setAccessibleName(full_text or text)
+        self.setToolTip(full_text or text)
 
 
 class ConsensusButtons(QWidget):
-    """Buttons that emit the verb they ask for.
+    """What can be decided, and the way through the differences."""
 
-    ``decided(verb(consensus, difference))``, ``taken_back(verb(consensus))`` to undo or redo,
-    ``means_requested(seconds)`` for edges at most so far apart, ``stepped(1 or -1)``.
-    """
-
-    begun = Signal()
-    decided = Signal(object)
-    taken_back = Signal(object)
-    means_requested = Signal(float)
-    stepped = Signal(int)
-    other_requested = Signal()
-
-    def __init__(self) -> None:
+    def __init__(self, bar: ConsensusBar) -> None:
         super().__init__()
         self._coders = ("", "")
-        self._keys = _KeyedButtons()
-        verb, key = self._keys.add, Qt.Key
         # It stands apart, beside what is chosen; see ConsensusChoice.
-        self.begin = verb("Take what both say", key.Key_B, self.begun.emit)
-        self.take_a = verb("", key.Key_1, lambda: self.decided.emit(lambda c, d: c.take(d, "a")))
-        self.take_b = verb("", key.Key_2, lambda: self.decided.emit(lambda c, d: c.take(d, "b")))
-        self.mean = verb(
-            "Mean of both edges", key.Key_M, lambda: self.decided.emit(lambda c, d: c.mean(d))
-        )
-        self.leave = verb(
-            "Unlabelled", key.Key_U, lambda: self.decided.emit(lambda c, d: c.leave(d))
-        )
-        self.other = verb("Other…", key.Key_O, self.other_requested.emit)
-        self._keys.name(self.other, "Other…", "Another action…")
-        self.next = verb("Next", key.Key_N, lambda: self.stepped.emit(1))
-        self.previous = verb("Previous", key.Key_N, lambda: self.stepped.emit(-1), SHIFT)
-        self.undo = verb("Undo", key.Key_Z, lambda: self.taken_back.emit(lambda c: c.undo()), CTRL)
-        self.redo = verb("Redo", key.Key_Y, lambda: self.taken_back.emit(lambda c: c.redo()), CTRL)
+        self.begin = KeyedButton("Take what both say", "B", bar.begin)
+        self.take_a = KeyedButton("", "1", lambda: bar.decide(lambda c, d: c.take(d, "a")))
+        self.take_b = KeyedButton("", "2", lambda: bar.decide(lambda c, d: c.take(d, "b")))
+        self.mean = KeyedButton("Mean of both edges", "M", lambda: bar.decide(Consensus.mean))
+        self.leave = KeyedButton("Unlabelled", "U", lambda: bar.decide(Consensus.leave))
+        self.other = KeyedButton("Other…", "O", bar.offer_actions, "Another action…")
+        self.next = KeyedButton("Next", "N", lambda: bar.step(1))
+        self.previous = KeyedButton("Previous", "Shift+N", lambda: bar.step(-1))
+        self.undo = KeyedButton("Undo", "Ctrl+Z", lambda: bar.go_back(Consensus.undo))
+        self.redo = KeyedButton("Redo", "Ctrl+Y", lambda: bar.go_back(Consensus.redo))
         self.tolerance = QSpinBox()
         self.tolerance.setRange(1, 500)
         self.tolerance.setValue(100)
@@ -243,9 +190,7 @@ class ConsensusButtons(QWidget):
         self.mean_all = QPushButton("Mean of edges up to")
         self.mean_all.setToolTip("Set edges that are up to this far apart to their mean")
         self.mean_all.setMinimumWidth(40)
-        self.mean_all.clicked.connect(
-            lambda: self.means_requested.emit(self.tolerance.value() / 1000)
-        )
+        self.mean_all.clicked.connect(lambda: bar.mean_all(self.tolerance.value() / 1000))
         self._lay_out()
 
     def _lay_out(self) -> None:
@@ -282,45 +227,48 @@ class ConsensusButtons(QWidget):
             full_text = f"Take {coder}"
             room = self.width() // 2 - BUTTON_CHARACTERS * self.fontMetrics().averageCharWidth()
             cut = self.fontMetrics().elidedText(full_text, NAMES, room)
-            self._keys.name(button, cut, full_text)
+            button.write(cut, full_text)
 
     def offer(self, consensus: Consensus | None, current: Difference | None) -> None:
-        begun = consensus is not None and consensus.begun
-        chosen = begun and current is not None
-        for button in (self.take_a, self.take_b, self.leave, self.other):
-            set_enabled_with_reason(button, "" if chosen else self._missing_choice(begun))
-        edge = chosen and current is not None and current.kind == "boundary"
-        only = "Only where two edges differ is there a mean of them."
-        set_enabled_with_reason(
-            self.mean, "" if edge else only if chosen else self._missing_choice(begun)
-        )
-        waiting = () if consensus is None else consensus.undecided
-        for part in (self.mean_all, self.tolerance):
-            left = begun and any(d.kind == "boundary" for d in waiting)
-            set_enabled_with_reason(
-                part, "" if left else "No edge that differs is left to decide on."
-            )
-        for button in (self.next, self.previous):
-            differing = consensus is not None and bool(consensus.differences)
-            set_enabled_with_reason(
-                button, "" if differing else "The coders do not differ anywhere here."
-            )
-        two = "A demonstration that two coders have labelled is needed."
-        set_enabled_with_reason(self.begin, two if consensus is None else "")
-        undo = consensus is not None and consensus.can_undo
-        set_enabled_with_reason(self.undo, "" if undo else "No decision is left to be undone.")
-        redo = consensus is not None and consensus.can_redo
-        set_enabled_with_reason(self.redo, "" if redo else "No decision was undone.")
+        two = choice = differing = edges = undo = redo = ""
+        if consensus is None:
+            two = "A demonstration that two coders have labelled is needed."
+        if consensus is None or not consensus.begun:
+            choice = "Begin the consensus first."
+        elif current is None:
+            choice = "Choose a place where the coders differ first."
+        mean = choice
+        if not choice and current is not None and current.kind != "boundary":
+            mean = "Only where two edges differ is there a mean of them."
+        if consensus is None or not consensus.differences:
+            differing = "The coders do not differ anywhere here."
+        waiting = consensus.undecided if consensus is not None and consensus.begun else ()
+        if not any(difference.kind == "boundary" for difference in waiting):
+            edges = "No edge that differs is left to decide on."
+        if consensus is None or not consensus.can_undo:
+            undo = "No decision is left to be undone."
+        if consensus is None or not consensus.can_redo:
+            redo = "No decision was undone."
+        for parts, obstacle in (
+            ((self.begin,), two),
+            ((self.take_a, self.take_b, self.leave, self.other), choice),
+            ((self.mean,), mean),
+            ((self.mean_all, self.tolerance), edges),
+            ((self.next, self.previous), differing),
+            ((self.undo,), undo),
+            ((self.redo,), redo),
+        ):
+            for part in parts:
+                set_enabled_with_reason(part, obstacle)
 
-    def _missing_choice(self, begun: bool) -> str:
-        """What has to be done before a difference can be decided on."""
-        if begun:
-            return "Choose a place where the coders differ first."
-        return "Begin the consensus first."
-
-    def handle_key(self, event: QKeyEvent) -> Callable[[], object] | None:
-        """What a key does; a number that is being typed does nothing."""
-        return None if self.tolerance.hasFocus() else self._keys.handle_key(event)
+    def with_key(self, event: QKeyEvent) -> KeyedButton | None:
+        """The button of a key; none while a number is being typed."""
+        if self.tolerance.hasFocus():
+            return None
+        keypad = Qt.KeyboardModifier.KeypadModifier
+        pressed = QKeyCombination(event.modifiers() & ~keypad, Qt.Key(event.key()))
+        buttons = (self.begin, *self.findChildren(KeyedButton))
+        return next((button for button in buttons if button.key == QKeySequence(pressed)), None)
 
 
 class ConsensusBar(QWidget):
@@ -339,7 +287,7 @@ class ConsensusBar(QWidget):
         self.setAccessibleName("Consensus")
         self.state, self.now = sentence_label(), sentence_label(muted=True)
         self.places = IntervalTable("Differences, in order of time")
-        self.buttons = ConsensusButtons()
+        self.buttons = ConsensusButtons(self)
         self.choice = ConsensusChoice(self.buttons.begin, self._coders)
         self._lay_out()
         self._connect()
@@ -350,15 +298,9 @@ class ConsensusBar(QWidget):
         page_layout(self, *parts, growing=self.places, margin=6, spacing=6)
 
     def _connect(self) -> None:
-        buttons, document = self.buttons, self.document
+        document = self.document
         self.places.interval_chosen.connect(self._show_row)
         self.choice.changed.connect(self._read)
-        buttons.begun.connect(self._begin)
-        buttons.decided.connect(self._decide)
-        buttons.taken_back.connect(self._go_back)
-        buttons.means_requested.connect(self._mean_all)
-        buttons.stepped.connect(self.step)
-        buttons.other_requested.connect(self._offer_actions)
         document.tracks_changed.connect(self._track_changed)
         document.author_changed.connect(self._viewer_changed)
         document.listing_changed.connect(self._viewer_changed)
@@ -497,7 +439,6 @@ class ConsensusBar(QWidget):
         self._show()
 
     def _has_keyboard(self) -> bool:
-        """Whether keys that are pressed come here."""
         now = QApplication.focusWidget()
         return now is not None and (now is self or self.isAncestorOf(now))
 
@@ -507,13 +448,13 @@ class ConsensusBar(QWidget):
             if difference.start == place.start:  # they do not overlap
                 self._go_to(difference)
 
-    def _begin(self) -> None:
+    def begin(self) -> None:
         """Take what both say, and go to the first difference."""
         done = self._carry_out(lambda consensus: consensus.begin())
         if done and self.consensus is not None and self.consensus.undecided:
             self._go_to(self.consensus.undecided[0])
 
-    def _go_back(self, verb: Callable[[Consensus], Edit | None]) -> None:
+    def go_back(self, verb: Callable[[Consensus], Edit | None]) -> None:
         """Undo or redo, and look at the difference that waits again."""
         before = () if self.consensus is None else self.consensus.undecided
         if self._carry_out(verb) and self.consensus is not None:
@@ -523,7 +464,7 @@ class ConsensusBar(QWidget):
             if reopened:
                 self._go_to(reopened[0])
 
-    def _decide(self, verb: Callable[[Consensus, Difference], Edit | None]) -> None:
+    def decide(self, verb: Callable[[Consensus, Difference], Edit | None]) -> None:
         """Decide the current difference, and go to the next that waits."""
         current = self.current
         if current is None:
@@ -534,7 +475,7 @@ class ConsensusBar(QWidget):
             else:
                 self.document.show_message("Every difference is decided.")
 
-    def _mean_all(self, tolerance: float) -> None:
+    def mean_all(self, tolerance: float) -> None:
         """Set all edges that are up to so many seconds apart to their means."""
         self._carry_out(lambda consensus: consensus.mean_all(tolerance))
 
@@ -558,7 +499,7 @@ class ConsensusBar(QWidget):
         self._show()
         return edit is not None
 
-    def _offer_actions(self) -> None:
+    def offer_actions(self) -> None:
         """Let any action of the task be chosen."""
         menu, other = self.action_menu(), self.buttons.other
         menu.exec(other.mapToGlobal(other.rect().bottomLeft()))
@@ -574,21 +515,21 @@ class ConsensusBar(QWidget):
         return menu
 
     def _put(self, name: str, _checked: bool = False) -> None:
-        self._decide(lambda consensus, difference: consensus.put(difference, name))
+        self.decide(lambda consensus, difference: consensus.put(difference, name))
 
     # Keys
 
     def keeps(self, event: QKeyEvent) -> bool:
         """Whether a key is one of the buttons', and not the window's."""
-        return self._handle_key(event) is not None
+        return self._with_key(event) is not None
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        do = self._handle_key(event)
-        if do is None:
+        button = self._with_key(event)
+        if button is None:
             super().keyPressEvent(event)
         else:
-            do()
+            button.click()
 
-    def _handle_key(self, event: QKeyEvent) -> Callable[[], object] | None:
-        """What a key does; text that is being typed does nothing."""
-        return None if self.choice.author.hasFocus() else self.buttons.handle_key(event)
+    def _with_key(self, event: QKeyEvent) -> KeyedButton | None:
+        """The button of a key; none while text is being typed."""
+        return None if self.choice.author.hasFocus() else self.buttons.with_key(event)

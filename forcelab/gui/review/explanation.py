@@ -38,44 +38,6 @@ if TYPE_CHECKING:
     from forcelab.review.explanation import Explanation, HeldOutModel
 
 
-def chosen_interval(document: Document, selecting: bool) -> Interval | None:
-    """The examined interval, or the segment if it was selected later; None without either."""
-    reviewed, examined = document.review.reviewed, document.review.examined
-    if reviewed is None or document.review.run is None:
-        return None
-    if examined is not None and examined.demonstration != document.id:
-        examined = None
-    if document.selected is None or (examined is not None and not selecting):
-        return examined
-    segment = document.editor.segments[document.selected]
-    # What was trained may have merged it with another action.
-    human = segment.action if segment.action in document.review.run.actions else None
-    return interval_of(reviewed, segment.start, segment.end, human)
-
-
-def interval_at_cursor(document: Document) -> Interval | None:
-    """What is labelled or predicted at the cursor; None where nothing is."""
-    reviewed = document.review.reviewed
-    return None if reviewed is None else interval_at(reviewed, document.view.cursor)
-
-
-def missing_explanation_text(document: Document) -> str:
-    """Why nothing can be explained."""
-    if document.project is None or not document.id:
-        return "Open a demonstration to see why something was predicted in it."
-    if document.coding_blind:
-        return "You code this demonstration blind: what was predicted is shown when it is done."
-    if document.review.run is None:
-        return "Train a recogniser; then a mistake of it can be explained here."
-    if document.review.reviewed is None:
-        return (
-            "This demonstration was not part of the training; choose one that was, or train again."
-        )
-    return (
-        "Nothing is labelled or predicted at the cursor; choose a segment or a mistake to see why."
-    )
-
-
 #: Recognisers that are kept at most, and the memory that they may take in bytes.
 MODELS_KEPT, MODEL_BYTES = 12, 128 * 2**20
 
@@ -88,9 +50,6 @@ class ModelCache:
 
     def __init__(self) -> None:
         self._models: OrderedDict[tuple[Path, int, str], HeldOutModel] = OrderedDict()
-
-    def __len__(self) -> int:
-        return len(self._models)
 
     def get(self, path: Path, run: RunResult, id_: str) -> HeldOutModel | None:
         key = path, run.number, id_
@@ -339,12 +298,24 @@ class ExplanationView(QWidget):
 
     def _moved(self, *_: object) -> None:
         """The cursor counts only where nothing was chosen."""
-        if (
-            self.isVisible()
-            and not self.document.view.playing
-            and chosen_interval(self.document, self._selecting) is None
-        ):
+        if self.isVisible() and not self.document.view.playing and self._chosen_interval is None:
             self._ask()
+
+    @property
+    def _chosen_interval(self) -> Interval | None:
+        """The examined interval, or the segment if it was selected later; None without either."""
+        document, run = self.document, self.document.review.run
+        reviewed, examined = document.review.reviewed, document.review.examined
+        if reviewed is None or run is None:
+            return None
+        if examined is not None and examined.demonstration != document.id:
+            examined = None
+        if document.selected is None or (examined is not None and not self._selecting):
+            return examined
+        segment = document.editor.segments[document.selected]
+        # What was trained may have merged it with another action.
+        human = segment.action if segment.action in run.actions else None
+        return interval_of(reviewed, segment.start, segment.end, human)
 
     def _selected_interval(self) -> Interval | None:
         """What is to be explained now."""
@@ -353,7 +324,10 @@ class ExplanationView(QWidget):
             if at_neighbour and not self.document.coding_blind:
                 return self.place
         self._away = None
-        return chosen_interval(self.document, self._selecting) or interval_at_cursor(self.document)
+        reviewed, chosen = self.document.review.reviewed, self._chosen_interval
+        if chosen is not None or reviewed is None:
+            return chosen
+        return interval_at(reviewed, self.document.view.cursor)
 
     # Showing
 
@@ -367,7 +341,7 @@ class ExplanationView(QWidget):
             self._cancel()
             self.place = self.why = None
             self.page.forget()
-            self.pages.say(missing_explanation_text(self.document))
+            self.pages.say(self._missing)
             return
         hidden = blind_demonstrations(document)
         if (place, hidden) == (self.place, self._hidden) and document.review.run is self._run:
@@ -384,6 +358,25 @@ class ExplanationView(QWidget):
         self.page.begin(place, certainty, self._run.settings.threshold)
         self._cancel(EXPLAINING_JOB, TRACES_JOB)
         self._begin()
+
+    @property
+    def _missing(self) -> str:
+        document = self.document
+        if document.project is None or not document.id:
+            return "Open a demonstration to see why something was predicted in it."
+        if document.coding_blind:
+            return "You code this demonstration blind: what was predicted is shown when it is done."
+        if document.review.run is None:
+            return "Train a recogniser; then a mistake of it can be explained here."
+        if document.review.reviewed is None:
+            return (
+                "This demonstration was not part of the training; choose one that was, or train "
+                "again."
+            )
+        return (
+            "Nothing is labelled or predicted at the cursor; choose a segment or a mistake to see "
+            "why."
+        )
 
     def _begin(self) -> None:
         project, place, run = self.document.project, self.place, self._run
@@ -460,7 +453,6 @@ class ExplanationView(QWidget):
         self.page.say(state, "Try again")
 
     def _toggle_training(self) -> None:
-        """Stop the training, or begin again."""
         self._stopped = not self._stopped
         if self._stopped:
             self._cancel()
@@ -478,7 +470,6 @@ class ExplanationView(QWidget):
         self.refresh()
 
     def go_back(self) -> None:
-        """Go back from a neighbour to the explained interval."""
         self._away = None
         if self.place is not None:
             self.document.review.examine(self.place)

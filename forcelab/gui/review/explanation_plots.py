@@ -365,7 +365,6 @@ class BandMap(Plot):
         return QRectF(self.spot(channel, scale), self.spot(channel + 1, scale + 1))
 
     def readout(self, pointer: QPointF) -> str:
-        """The sentence of the band at a pixel."""
         if self.why is None or not self.area.contains(pointer):
             return ""
         from forcelab.review.explanation import Band
@@ -458,9 +457,9 @@ class BandMap(Plot):
             outside = y - MAP_FONT if y == lower else y + MAP_FONT
             inside = y + MAP_FONT / 2 if y == lower else y - MAP_FONT / 2
             name = text.elided_name(f"for {action}", face, room)
-            text.draw_text(painter, left, outside, name, face=face, ink=QColor(theme.text))
+            text.draw_text(painter, left, outside, name, face=face, ink=theme.text)
             number = signed_log_odds(value)
-            text.draw_text(painter, left + 14, inside, number, face=face, ink=QColor(theme.muted))
+            text.draw_text(painter, left + 14, inside, number, face=face, ink=theme.muted)
 
 
 #: Heights of fonts, of a card and of its frame of video, in pixels.
@@ -540,7 +539,7 @@ class SegmentCard(QAbstractButton):
         text.draw_text(painter, box.right(), y, far, face=small, ink=ink, align=1.0)
         room = box.width() - text.width(far, small) - text.width(when, small) - 18
         name = text.elided_name(self.name, face, max(room, 20))
-        text.draw_text(painter, box.left(), y, name, face=face, ink=QColor(theme.text))
+        text.draw_text(painter, box.left(), y, name, face=face, ink=theme.text)
         at = box.left() + text.width(name, face) + 6
         text.draw_text(painter, at, y, when, face=small, ink=ink)
 
@@ -583,11 +582,11 @@ class ColumnHeading(QWidget):
             paint_swatch(painter, QRectF(1, 4, 12, 12), self._style)
             face, small = text.font(CARD_NAME_FONT, bold=True), text.font(CARD_FONT)
             name = text.elided_name(self.action, face, max(self.width() - 18, 20))
-            text.draw_text(painter, 18, 10, name, face=face, ink=QColor(theme.text))
+            text.draw_text(painter, 18, 10, name, face=face, ink=theme.text)
             at = 18 + text.width(name, face) + 8
             role = text.elided(self.role, small, self.width() - at)
             if len(role) > 1:
-                text.draw_text(painter, at, 10, role, face=small, ink=QColor(theme.muted))
+                text.draw_text(painter, at, 10, role, face=small, ink=theme.muted)
 
 
 class NearestSegments(QWidget):
@@ -643,7 +642,6 @@ class NearestSegments(QWidget):
 
     @property
     def all_traced(self) -> bool:
-        """Whether every card shows its forces."""
         return all(card.trace is not None for card in self.cards)
 
     def mark(self, place: Interval | None) -> None:

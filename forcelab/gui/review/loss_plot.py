@@ -74,7 +74,6 @@ class LossCurves(Plot):
 
     @property
     def logarithmic(self) -> bool:
-        """Whether the losses span decades."""
         values = [loss for _, _, points in self.curves for _, loss in points]
         return bool(values) and min(values) > 0 and max(values) / min(values) > LOG_RATIO
 
@@ -109,7 +108,6 @@ class LossCurves(Plot):
                 self.add(pg.ScatterPlotItem(x, y, size=4, pen=None, brush=ink))
 
     def readout(self, pointer: QPointF) -> str:
-        """The loss that is nearest to the pointer."""
         points = [(final, fold, *point) for final, fold, curve in self.curves for point in curve]
         if not points:
             return ""
@@ -123,8 +121,7 @@ class LossCurves(Plot):
         return f"{'final fit' if final else f'fold {fold}'}, epoch {epoch}: loss {loss:.3g}"
 
     def empty_text(self) -> str:
-        """Why there is no curve."""
-        if self._trainer.ready and "mlp" not in self._trainer.classifier:
+        if self._trainer.ready and "mlp" not in self._trainer.settings.classifier:
             return "The loss of each fold is drawn here while it trains; this classifier has none."
         return "The loss of each fold is drawn here while it trains."
 
@@ -164,7 +161,6 @@ class LossView(QWidget):
         self.refresh()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Do nothing more."""
         super().hideEvent(event)
         self._soon.stop()
 
@@ -194,7 +190,6 @@ class LossView(QWidget):
         return "" if run is None else "\n".join(run.remarks)
 
     def _run_times(self, run: RunResult) -> list[str]:
-        """Run times of the parts of an evaluation."""
         names = {
             "features": "features",
             "fit": "fit",

@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Generator, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
-from PySide6.QtCore import QObject, Signal
-
-from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.figures.pairs import Pair, PairRow
 from forcelab.gui.figures.tracks import agreed_share
-from forcelab.gui.jobs import Jobs
 from forcelab.gui.text import contains_words
 from forcelab.labels import Segments, is_model
 from forcelab.project import LabelsUsed, Project
@@ -43,7 +39,6 @@ class PairEntry:
 
     @property
     def evaluated_accuracy(self) -> float | None:
-        """The accuracy that the run found."""
         return self.reviewed.scores.get("filtered", {}).get("accuracy")
 
     @property
@@ -77,8 +72,8 @@ class PairEntry:
         return (self.human or (), self.reviewed.predicted, *coders)
 
     @property
-    def pair_without_marks(self) -> Pair:
-        """The pair without its marks, which cost time."""
+    def pair(self) -> Pair:
+        """What is drawn, without the marks between the bars: they take time to be found."""
         reviewed = self.reviewed
         return Pair(
             reviewed.name,
@@ -90,10 +85,6 @@ class PairEntry:
             probability_trace=reviewed.probability_trace,
             marks=(),
         )
-
-    @cached_property
-    def pair(self) -> Pair:
-        return replace(self.pair_without_marks, marks=self.marks)
 
 
 @dataclass(frozen=True)
@@ -160,30 +151,6 @@ def read_tracks(
     return tracks
 
 
-def pair_entries(
-    run: RunResult, tracks: Mapping[str, Tracks], extra: ExtraRows, hidden: Collection[str]
-) -> tuple[PairEntry, ...]:
-    """All demonstrations but the hidden, the tested first; tracks by id, else those of the run."""
-    tested = tuple(
-        tested_entry(run, reviewed, tracks.get(reviewed.id, {}), extra)
-        for reviewed in run.tested
-        if reviewed.id not in hidden
-    )
-    proposals = tuple(
-        PairEntry(reviewed, None, extra.lanes(reviewed, {}))
-        for reviewed in run.proposals
-        if reviewed.id not in hidden
-    )
-    return tested + proposals
-
-
-def tested_entry(
-    run: RunResult, reviewed: DemonstrationResult, tracks: Tracks, extra: ExtraRows
-) -> PairEntry:
-    human = tracks.get(run.author, reviewed.human)
-    return PairEntry(reviewed, human, extra.lanes(reviewed, tracks))
-
-
 def filter_and_sort(
     entries: Sequence[PairEntry], order: PairOrder, searched: str = ""
 ) -> list[PairEntry]:
@@ -220,70 +187,6 @@ def _mean_probability(reviewed: DemonstrationResult) -> float | None:
         seconds += segment.duration
         certain += segment.duration * confidence
     return certain / seconds if seconds else None
-
-
-TRACKS_JOB = "pairs tracks"
-
-
-class CurrentTracks(QObject):
-    """Tracks by demonstration and coder, spelt as in the run; of tested demonstrations only.
-
-    `changed` follows a reading of all; the open demonstration's are read at once.
-    """
-
-    changed = Signal()
-
-    def __init__(self, document: Document, jobs: Jobs, parent: QObject | None = None) -> None:
-        super().__init__(parent)
-        self.tracks: dict[str, dict[str, Segments]] = {}
-        self._document = document
-        self._jobs = jobs
-        self._painted: set[str] = set()
-
-    def forget(self) -> None:
-        self._jobs.cancel(TRACKS_JOB)
-        self.tracks = {}
-
-    def lacks(self, coders: Collection[str]) -> bool:
-        return bool(set(coders) - {coder for read in self.tracks.values() for coder in read})
-
-    def read_all(self, coders: Sequence[str], hidden: Collection[str]) -> None:
-        """Read the tracks of all demonstrations but the hidden ones, in the background."""
-        run, project = self._document.review.run, self._document.project
-        if run is None or project is None:
-            return
-        ids = {info.id for info in self._document.infos}.difference(hidden)
-        self._painted.clear()
-
-        def take(tracks: dict[str, dict[str, Segments]]) -> None:
-            # What was painted meanwhile is newer than what the job has read.
-            tracks |= {id_: self.tracks[id_] for id_ in self._painted & tracks.keys()}
-            if self._document.review.run is run and tracks != self.tracks:
-                self.tracks = tracks
-                self.changed.emit()
-
-        job = read_tracks(project.path, run, (run.author, *coders), ids)
-        self._jobs.run(job, take, key=TRACKS_JOB)
-
-    def read_open(self, coders: Sequence[str]) -> bool:
-        """Read the open demonstration's tracks at once; gives whether they have changed."""
-        document = self._document
-        run, project = document.review.run, document.project
-        if run is None or project is None:
-            return False
-        reviewed = next((d for d in run.tested if d.id == document.id), None)
-        if reviewed is None:
-            return False
-        try:
-            tracks = tracks_by_coder(project, run, reviewed, (run.author, *coders))
-        except ForcelabError as error:
-            document.show_message(str(error), True)
-            return False
-        changed = tracks != self.tracks.get(reviewed.id)
-        self.tracks[reviewed.id] = tracks
-        if changed:
-            self._painted.add(reviewed.id)
-        return changed
 
 
 def other_coders(document: Document, hidden: Collection[str]) -> tuple[str, ...]:

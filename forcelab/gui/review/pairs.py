@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from forcelab.errors import ForcelabError
 from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
@@ -29,14 +30,13 @@ from forcelab.gui.file_dialogs import ask_picture, save_picture
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import PageOrPlaceholder, page_layout, search_field
 from forcelab.gui.review.pair_entries import (
-    CurrentTracks,
     ExtraRows,
     PairEntry,
     PairOrder,
     filter_and_sort,
     other_coders,
-    pair_entries,
-    tested_entry,
+    read_tracks,
+    tracks_by_coder,
 )
 from forcelab.gui.review.pairs_list import MARGIN, Hit, PairsList, hit_interval
 from forcelab.gui.review.reviewed_run import blind_demonstrations, untested_text, with_keys
@@ -44,6 +44,8 @@ from forcelab.gui.shortcuts import keys
 from forcelab.gui.text import escape_ampersands
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import combo_box
+from forcelab.labels import Segments
+from forcelab.recognition.results import DemonstrationResult
 from forcelab.review.run_result import RunResult, action_styles
 from forcelab.vocabulary import Vocabulary
 
@@ -52,40 +54,7 @@ class ActionStyles(dict[str, LabelStyle]):
     """Looks of actions; grey where an action is not known."""
 
     def __missing__(self, action: str) -> LabelStyle:
-        """The style of an unknown action."""
         return LabelStyle("", QColor(colours().muted))
-
-
-def all_actions(run: RunResult) -> tuple[str, ...]:
-    """Actions that a run knows, its coder labelled or it predicts; in thousands of segments."""
-    demonstrations = (*run.tested, *run.proposals)
-    tracks = [
-        track for reviewed in demonstrations for track in (reviewed.human, reviewed.predicted)
-    ]
-    return tuple(dict.fromkeys((*run.actions, *(s.action for t in tracks for s in t))))
-
-
-def missing_pairs_text(
-    run: RunResult | None, *, training: bool, entries: bool, hidden: bool, shown: bool
-) -> str:
-    """Why there is nothing to show; empty where there is something.
-
-    `entries` and `hidden`: whether any demonstration is visible, and any coded blind; `shown`:
-    whether the filter lets any through.
-    """
-    if run is None and training:
-        return (
-            "A recogniser is being trained; human and predicted timelines appear here when it is."
-        )
-    if run is None:
-        key = keys().shown("train")
-        train = f"Press {key} to train" if key else "Train a recogniser"
-        return f"{train}; human and predicted timelines then appear here in pairs."
-    if not entries and hidden:
-        return "All demonstrations of this run are hidden while you code them blind."
-    if not entries:
-        return untested_text(run, "This run tested no demonstration.")
-    return "" if shown else "No demonstration fits the filter."
 
 
 ROWS_SETTING, ORDER_SETTING, STRETCHED_SETTING = (
@@ -100,11 +69,9 @@ CODER_PREFIX = "coder "
 
 
 class PairsTools(QWidget):
-    """Search, order, time axis, further rows and export; `ordered` comes with `changed`."""
+    """Search, order, time axis, further rows and export."""
 
     changed = Signal()
-    ordered = Signal()
-    exporting = Signal()
 
     def __init__(self) -> None:
         super().__init__()
@@ -142,7 +109,6 @@ class PairsTools(QWidget):
 
     @property
     def extra_rows(self) -> ExtraRows:
-        """The further rows that are chosen."""
         stages = tuple(stage for stage in STAGES if stage in self._extra_rows)
         coders = tuple(name for name in self.coders if CODER_PREFIX + name in self._extra_rows)
         return ExtraRows(stages, coders)
@@ -180,13 +146,11 @@ class PairsTools(QWidget):
             line.addWidget(widget)
 
     def _connect(self) -> None:
-        self.search.textChanged.connect(lambda _: self.changed.emit())
-        self.order.currentIndexChanged.connect(lambda _: self._remember())
-        self.order.currentIndexChanged.connect(lambda _: self.ordered.emit())
-        self.stretched.toggled.connect(lambda _: self._remember())
-        self.export.clicked.connect(lambda _: self.exporting.emit())
+        self.search.textChanged.connect(self.changed)
+        self.order.currentIndexChanged.connect(self._remember)
+        self.stretched.toggled.connect(self._remember)
 
-    def _remember(self) -> None:
+    def _remember(self, *_: object) -> None:
         settings.store(ORDER_SETTING, self.chosen_order)
         settings.store(STRETCHED_SETTING, self.stretched.isChecked())
         self.changed.emit()
@@ -277,11 +241,9 @@ class AxisStrip(QWidget):
         self.update()
 
     def sizeHint(self) -> QSize:
-        """As wide as the rows."""
         return QSize(400, self.HEIGHT)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the axis."""
         with QPainter(self) as painter:
             painter.fillRect(self.rect(), QColor(colours().background))
             text.ensure_application()
@@ -300,6 +262,8 @@ def _tool_button(title: str, name: str) -> QToolButton:
     return button
 
 
+#: The job that reads tracks.
+TRACKS_JOB = "pairs tracks"
 #: The suggested name of an exported file.
 SUGGESTED_FILE = "pairs.svg"
 
@@ -313,12 +277,11 @@ class PairsView(QWidget):
         self._jobs = jobs
         self._stale = True
         self._entries: tuple[PairEntry, ...] = ()
-        self._current = CurrentTracks(document, jobs, self)
+        #: By demonstration and coder, spelt as in the run; of tested demonstrations only.
+        self._tracks: dict[str, dict[str, Segments]] = {}
         self._hidden: frozenset[str] = frozenset()
         self._vocabulary = Vocabulary()
         self._styles: Mapping[str, LabelStyle] = {}
-        # The actions of a run: to list them takes a while, and edits add but few.
-        self._listed: tuple[RunResult | None, tuple[str, ...]] = (None, ())
         self.setAccessibleName("Timeline pairs")
         self.tools = PairsTools()
         self.legend = LegendStrip()
@@ -339,10 +302,12 @@ class PairsView(QWidget):
             return None
         return TimelinePairs(
             run.title,
-            tuple(replace(entry.pair, note=_figure_note(entry)) for entry in self.area.entries),
+            tuple(
+                replace(entry.pair, note=_figure_note(entry), marks=entry.marks)
+                for entry in self.area.entries
+            ),
             self._vocabulary,
             tuple(self._styles),
-            note_key="At the right: accuracy after the filters.",
             stretched=self.tools.stretched.isChecked(),
         )
 
@@ -376,10 +341,10 @@ class PairsView(QWidget):
         document.listing_changed.connect(self._check_blind)
         document.author_changed.connect(self._check_blind)
         keys().changed.connect(self._show_missing)
-        self._current.changed.connect(self._build)
         self.tools.changed.connect(self._choose)
-        self.tools.ordered.connect(lambda: self.area.verticalScrollBar().setValue(0))
-        self.tools.exporting.connect(self.export)
+        bar = self.area.verticalScrollBar()
+        self.tools.order.currentIndexChanged.connect(lambda _: bar.setValue(0))
+        self.tools.export.clicked.connect(self.export)
         self.area.chosen.connect(self._go_to)
 
     def showEvent(self, event: QShowEvent) -> None:
@@ -396,13 +361,15 @@ class PairsView(QWidget):
         self._show_axis()
 
     def _run_changed(self) -> None:
-        self._current.forget()
+        self._jobs.cancel(TRACKS_JOB)
+        self._tracks = {}
         self._build()
         self._read_all()
 
     def _choose(self) -> None:
         self._build()
-        if self._current.lacks(self.tools.extra_rows.coders):
+        read = {coder for tracks in self._tracks.values() for coder in tracks}
+        if set(self.tools.extra_rows.coders) - read:
             self._read_all()
 
     def _build(self) -> None:
@@ -417,14 +384,25 @@ class PairsView(QWidget):
             coders = other_coders(self.document, self._hidden)
             if coders != self.tools.coders:
                 self.tools.offer(coders)
-            self._entries = pair_entries(
-                run, self._current.tracks, self.tools.extra_rows, self._hidden
+            lanes = self.tools.extra_rows.lanes
+            tested = (self._tested_entry(run, reviewed) for reviewed in run.tested)
+            proposals = (
+                PairEntry(reviewed, None, lanes(reviewed, {})) for reviewed in run.proposals
             )
-            self._update_vocabulary()
+            entries = (*tested, *proposals)
+            self._entries = tuple(entry for entry in entries if entry.id not in self._hidden)
         self._show()
 
+    def _tested_entry(self, run: RunResult, reviewed: DemonstrationResult) -> PairEntry:
+        """A demonstration with the coder's track as it is now, as far as that is known."""
+        tracks = self._tracks.get(reviewed.id, {})
+        human = tracks.get(run.author, reviewed.human)
+        return PairEntry(reviewed, human, self.tools.extra_rows.lanes(reviewed, tracks))
+
     def _show(self) -> None:
-        actions = sorted(self._actions(), key=self._key_of)
+        self._vocabulary = self._current_vocabulary()
+        key_of = {action: self._vocabulary[action].key for action in self._actions()}
+        actions = sorted(key_of, key=lambda action: (not key_of[action], key_of[action]))
         self._styles = ActionStyles(styles_in_order(actions, self._vocabulary))
         styles, tools = self._styles, self.tools
         rows = filter_and_sort(self._entries, tools.chosen_order, tools.search.text())
@@ -434,7 +412,6 @@ class PairsView(QWidget):
         self._show_axis()
 
     def _show_axis(self) -> None:
-        """Show the common axis, as wide as the rows."""
         common = bool(self.area.entries) and not self.area.stretched
         self.strip.show_axis(self.area.arrangement.axis() if common else None)
 
@@ -445,46 +422,23 @@ class PairsView(QWidget):
         through.
         """
         run = self.document.review.run
-        if run is not self._listed[0]:
-            self._listed = run, () if run is None else all_actions(run)
-        tracks = [
-            track
-            for entry in self._entries
-            for track in entry.final_tracks
-            if track is not entry.reviewed.human and track is not entry.reviewed.predicted
-        ]
-        return tuple(dict.fromkeys((*self._listed[1], *(s.action for t in tracks for s in t))))
+        known = () if run is None else run.actions
+        tracks = (track for entry in self._entries for track in entry.final_tracks)
+        return tuple(dict.fromkeys((*known, *(s.action for track in tracks for s in track))))
 
-    def _key_of(self, action: str) -> tuple[bool, str]:
-        """The key by which actions of the legend are sorted; those without stay as they are."""
-        key = self._vocabulary[action].key
-        return not key, key or ""
-
-    def _update_vocabulary(self) -> bool:
-        """Take the styles and keys of the run's actions; gives whether they have changed."""
-        run, project = self.document.review.run, self.document.project
-        if run is None or project is None:
-            return False
-        before = self._vocabulary
-        vocabulary = action_styles(project, run).with_actions(*self._actions())
-        document, demonstration = self.document, self.document.demonstration
-        task = "" if demonstration is None else demonstration.task
-        vocabulary_open = document.vocabulary
-        self._vocabulary = with_keys(vocabulary, vocabulary_open, task=task, apart=run.apart)
-        return self._vocabulary != before
+    def _current_vocabulary(self) -> Vocabulary:
+        document, run = self.document, self.document.review.run
+        if run is None or document.project is None:
+            return Vocabulary()
+        vocabulary = action_styles(document.project, run).with_actions(*self._actions())
+        task = "" if document.demonstration is None else document.demonstration.task
+        return with_keys(vocabulary, document.vocabulary, task=task, apart=run.apart)
 
     def _show_missing(self, shown: int | None = None) -> None:
         """Say why there is nothing to show, or not all."""
         run = self.document.review.run
         shown = len(self.area.entries) if shown is None else shown
-        words = missing_pairs_text(
-            run,
-            training=self.document.review.training,
-            entries=bool(self._entries),
-            hidden=bool(self._hidden),
-            shown=bool(shown),
-        )
-        self.pages.say(words)
+        self.pages.say("" if run is not None and shown else self._missing(run))
         self.tools.setHidden(not self._entries)
         count = 0
         if run is not None and self._entries:
@@ -492,6 +446,23 @@ class PairsView(QWidget):
             count = sum(reviewed.id in self._hidden for reviewed in demonstrations)
         self.note.setText(f"Demonstrations left out while you code them blind: {count}.")
         self.note.setHidden(not count)
+
+    def _missing(self, run: RunResult | None) -> str:
+        """Why there is nothing to show."""
+        if run is None and self.document.review.training:
+            return (
+                "A recogniser is being trained; human and predicted timelines appear here when it "
+                "is."
+            )
+        if run is None:
+            key = keys().shown("train")
+            train = f"Press {key} to train" if key else "Train a recogniser"
+            return f"{train}; human and predicted timelines then appear here in pairs."
+        if self._entries:
+            return "No demonstration fits the filter."
+        if self._hidden:
+            return "All demonstrations of this run are hidden while you code them blind."
+        return untested_text(run, "This run tested no demonstration.")
 
     # Going there
 
@@ -505,28 +476,49 @@ class PairsView(QWidget):
     # What the project holds now
 
     def _read_all(self) -> None:
-        if self.isVisible():
-            self._current.read_all(self.tools.extra_rows.coders, self._hidden)
+        """Read the tracks of all demonstrations but the hidden ones, in the background."""
+        run, project = self.document.review.run, self.document.project
+        if run is None or project is None or not self.isVisible():
+            return
+        ids = {info.id for info in self.document.infos}.difference(self._hidden)
+        job = read_tracks(project.path, run, (run.author, *self.tools.extra_rows.coders), ids)
+        self._jobs.run(job, self._take_tracks, key=TRACKS_JOB)
+
+    def _take_tracks(self, tracks: dict[str, dict[str, Segments]]) -> None:
+        if tracks != self._tracks:
+            self._tracks = tracks
+            self._build()
 
     def _read_open(self) -> None:
-        run, id_ = self.document.review.run, self.document.id
-        old = next((entry for entry in self._entries if entry.id == id_), None)
-        if run is None or old is None or not self.isVisible():
+        """Read the open demonstration's tracks at once."""
+        document, run, project = self.document, self.document.review.run, self.document.project
+        old = next((entry for entry in self._entries if entry.id == document.id), None)
+        if run is None or project is None or old is None or old.human is None:
             return
-        extra = self.tools.extra_rows
-        if old.human is None or not self._current.read_open(extra.coders):
+        if not self.isVisible():
             return
-        tracks = self._current.tracks[id_]
-        new = tested_entry(run, old.reviewed, tracks, extra)
+        coders = (run.author, *self.tools.extra_rows.coders)
+        try:
+            tracks = tracks_by_coder(project, run, old.reviewed, coders)
+        except ForcelabError as error:
+            document.show_message(str(error), True)
+            return
+        if tracks == self._tracks.get(old.id):
+            return
+        self._tracks[old.id] = tracks
+        if self._jobs.awaits(TRACKS_JOB):
+            self._read_all()  # once more, as it may have read what was there before
+        new = self._tested_entry(run, old.reviewed)
         self._entries = tuple(new if entry is old else entry for entry in self._entries)
         names = set(self._vocabulary.names)
         if any(s.action not in names for track in new.final_tracks for s in track):
-            self._update_vocabulary()
             self._show()
-        self.area.replace_entry(new)
+        else:
+            self.area.replace_entry(new)
 
     def _recolour(self) -> None:
-        if self.isVisible() and self._entries and self._update_vocabulary():
+        shown = self.isVisible() and self._entries
+        if shown and self._current_vocabulary() != self._vocabulary:
             self._show()
 
     def _check_blind(self) -> None:
@@ -541,7 +533,6 @@ class PairsView(QWidget):
 
 
 def _figure_note(entry: PairEntry) -> str:
-    """The note beside a pair in the figure."""
     if entry.human is None:
         return "proposed"
     return "" if entry.share is None else f"{100 * entry.share:.1f} %"

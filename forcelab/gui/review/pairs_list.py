@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
-from itertools import accumulate, pairwise
+from itertools import accumulate
 from time import perf_counter
 
 import numpy as np
@@ -18,6 +18,7 @@ from PySide6.QtGui import (
     QAccessibleEvent,
     QColor,
     QFocusEvent,
+    QFont,
     QHelpEvent,
     QKeyEvent,
     QMouseEvent,
@@ -35,23 +36,21 @@ from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.colormap import mixed
 from forcelab.gui.figures.pairs import (
     CAPTION,
-    Pair,
     PairBoxes,
     PairGeometry,
     captions,
+    paint_captions,
     paint_pair,
 )
 from forcelab.gui.figures.tracks import LabelStyle, difference_box
-from forcelab.gui.label.track_painting import narrow_columns, outline
+from forcelab.gui.label.track_painting import outline
 from forcelab.gui.review.pair_entries import PairEntry
-from forcelab.gui.theme import Colours, colours, themes
+from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import ARROW_STEPS, ENTER_KEYS, is_plain
 from forcelab.labels import Interval, Segment, Segments
 from forcelab.review.differences import action_over
 from forcelab.segment_edits import index_at
 
-#: The human's and the model's bars.
-BAR_NAMES = "human", "predicted"
 MEASURES = PairGeometry(bar=16.0, lane=10.0)
 #: Left and right of everything, and above and below the bars of a row, in pixels.
 MARGIN = 12.0
@@ -74,7 +73,6 @@ class PairsLayout:
 
     @cached_property
     def name_room(self) -> float:
-        """Width of the column of names."""
         widest = text.widest(
             (text.printable(e.reviewed.name) for e in self.entries), text.font(bold=True)
         )
@@ -83,12 +81,7 @@ class PairsLayout:
     @cached_property
     def caption_room(self) -> float:
         """Width of the column of captions; 0 where no row needs one."""
-        names = {
-            caption
-            for entry in self.entries
-            if entry.lanes
-            for _, caption in captions(self._boxes(entry), entry.pair_without_marks, *BAR_NAMES)
-        }
+        names = {c for entry in self.entries for c in captions(entry.pair)}
         return min(text.widest(names, text.font(CAPTION)), CAPTION_WIDTH) + 12 if names else 0.0
 
     @property
@@ -125,7 +118,7 @@ class PairsLayout:
         heights = []
         for i, entry in enumerate(self.entries):
             heading = HEADING_HEIGHT if i == self.first_proposal else 0.0
-            heights += [heading, MEASURES.height(entry.pair_without_marks) + 2 * ROW_PADDING]
+            heights += [heading, MEASURES.height(entry.pair) + 2 * ROW_PADDING]
         edges = list(accumulate(heights, initial=0.0))
         return [*edges[1::2], edges[-1]]
 
@@ -134,7 +127,7 @@ class PairsLayout:
         return self.tops[-1] if self.entries else 0.0
 
     def row_height(self, row: int) -> float:
-        return MEASURES.height(self.entries[row].pair_without_marks) + 2 * ROW_PADDING
+        return MEASURES.height(self.entries[row].pair) + 2 * ROW_PADDING
 
     def row_box(self, row: int) -> QRectF:
         return QRectF(0, self.tops[row], self.width, self.row_height(row))
@@ -155,10 +148,7 @@ class PairsLayout:
     def boxes(self, row: int) -> PairBoxes:
         """Where the bars of a row lie, measured from the row's upper edge."""
         entry = self.entries[row]
-        return MEASURES.boxes(entry.pair_without_marks, self.axis(entry), ROW_PADDING)
-
-    def _boxes(self, entry: PairEntry) -> PairBoxes:
-        return MEASURES.boxes(entry.pair_without_marks, Axis(*self.span, 0.0, 1.0), 0.0)
+        return MEASURES.boxes(entry.pair, self.axis(entry), ROW_PADDING)
 
 
 #: How far from a mark it is still meant, in pixels.
@@ -194,8 +184,8 @@ def hit_test(layout: PairsLayout, point: QPointF) -> Hit | None:
         return Hit(row, time, mark if distance <= HIT_DISTANCE else None)
     predicted = entry.reviewed.predicted
     bars: list[tuple[str, QRectF, Segments]] = [
-        (BAR_NAMES[0], boxes.human, entry.human or ()),
-        (BAR_NAMES[1], boxes.predicted, predicted),
+        ("human", boxes.human, entry.human or ()),
+        ("predicted", boxes.predicted, predicted),
     ]
     for lane, box in zip(entry.lanes, boxes.lanes, strict=True):
         bars.append((lane.caption, box, lane.segments))
@@ -274,8 +264,6 @@ def _distance(box: QRectF, x: float) -> float:
 
 #: How many rows' pictures are kept: some screens of them.
 PICTURES_KEPT = 48
-#: Tracks of more segments than this are brought onto columns of pixels before they are drawn.
-MANY_SEGMENTS = 300
 #: How much of the accent the ground of the open demonstration has.
 OPEN_TINT = 0.13
 
@@ -299,155 +287,17 @@ class RowPictures:
             self._pictures.move_to_end(id_)
         return self._pictures.get(id_)
 
-    def paint(
-        self,
-        layout: PairsLayout,
-        row: int,
-        styles: Mapping[str, LabelStyle],
-        opened: bool,
-        ratio: float,
-        remark: str,
-    ) -> QPixmap:
-        """Paint a row and keep its picture; parameters as of :func:`paint_row`."""
-        box = layout.row_box(row)
-        picture = QPixmap(round(box.width() * ratio), round(box.height() * ratio))
-        picture.setDevicePixelRatio(ratio)
-        with QPainter(picture) as painter:
-            paint_row(painter, layout, row, styles, opened, ratio, remark)
-        self._pictures[layout.entries[row].id] = picture
+    def put(self, id_: str, picture: QPixmap) -> None:
+        self._pictures[id_] = picture
         self.painted += 1
         while len(self._pictures) > PICTURES_KEPT:
             self._pictures.popitem(last=False)
-        return picture
-
-
-def paint_row(
-    painter: QPainter,
-    layout: PairsLayout,
-    row: int,
-    styles: Mapping[str, LabelStyle],
-    opened: bool,
-    ratio: float,
-    remark: str,
-) -> None:
-    """Paint a row with its upper left corner at the origin.
-
-    `opened`: its demonstration is the open one; `ratio`: image pixels for each pixel; `remark`
-    stands below the share.
-    """
-    theme, entry = colours(), layout.entries[row]
-    axis, boxes = layout.axis(entry), layout.boxes(row)
-    box = QRectF(0, 0, layout.width, layout.row_height(row))
-    ground = QColor(theme.background)
-    if opened:
-        ground = mixed(ground, theme.accent, OPEN_TINT)
-    painter.fillRect(box, ground)
-    if opened:
-        painter.fillRect(QRectF(0, 0, 4, box.height()), QColor(theme.accent))
-    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    if not layout.stretched:
-        painter.setPen(QPen(QColor(theme.grid), 1.0))
-        spots = [axis.at(value) for value, _ in axis.marks(upright=False)]
-        painter.drawLines([QLineF(x, 0, x, box.height()) for x in spots])
-    on_track = replace(theme, text=theme.on_unlabelled)
-    pair = _thinned_pair(entry.pair, axis, ratio)
-    mark = QColor(theme.trouble)
-    paint_pair(painter, boxes, axis, pair, styles=styles, theme=on_track, mark=mark)
-    _paint_texts(painter, layout, row, opened, remark, theme)
-
-
-def _paint_texts(
-    painter: QPainter, layout: PairsLayout, row: int, opened: bool, remark: str, theme: Colours
-) -> None:
-    """Name, captions and notes of a row."""
-    entry, boxes = layout.entries[row], layout.boxes(row)
-    top = boxes.human.top()
-    middle = (top + boxes.predicted.bottom()) / 2
-    ink, muted = QColor(theme.text), QColor(theme.muted)
-    face = text.font(bold=opened)
-    name = text.elided_name(entry.reviewed.name, face, layout.name_room)
-    text.draw_text(painter, MARGIN, middle, name, face=face, ink=ink)
-    small = text.font(CAPTION)
-    for height, caption in captions(boxes, entry.pair, *BAR_NAMES):
-        short = text.elided(caption, small, layout.caption_room - 10)
-        text.draw_text(painter, layout.left - 7, height, short, face=small, ink=muted, align=1.0)
-    edge = layout.width - MARGIN
-    if entry.share is not None:
-        height = middle - 6 if remark else middle
-        share = f"{100 * entry.share:.1f} %"
-        text.draw_text(painter, edge, height, share, face=text.font(), ink=ink, align=1.0)
-    if remark:
-        height = middle + 7 if entry.share is not None else middle
-        text.draw_text(painter, edge, height, remark, face=small, ink=muted, align=1.0)
-
-
-def thinned_segments(segments: Segments, axis: Axis, ratio: float) -> Segments:
-    """Segments of a pixel or more that look the same as very many narrow ones."""
-    if len(segments) <= MANY_SEGMENTS:
-        return segments
-    count = max(1, round((axis.finish - axis.begin) * ratio))
-    pixel = (axis.end - axis.start) / count
-    wide, columns, names = narrow_columns(segments, axis.start, pixel, count, 3.0 * pixel)
-    cuts = np.concatenate([[0], np.flatnonzero(np.diff(columns)) + 1, [count]]).tolist()
-    narrow = (
-        Segment(axis.start + first * pixel, axis.start + last * pixel, names[columns[first]])
-        for first, last in pairwise(cuts)
-        if columns[first] >= 0
-    )
-    return tuple(sorted((*wide, *narrow)))
-
-
-def _thinned_pair(pair: Pair, axis: Axis, ratio: float) -> Pair:
-    """A pair that looks the same and costs no more than its pixels."""
-    return replace(
-        pair,
-        human=None if pair.human is None else thinned_segments(pair.human, axis, ratio),
-        predicted=thinned_segments(pair.predicted, axis, ratio),
-        lanes=tuple(
-            replace(lane, segments=thinned_segments(lane.segments, axis, ratio))
-            for lane in pair.lanes
-        ),
-    )
-
-
-def paint_examined(
-    painter: QPainter, layout: PairsLayout, row: int, start: float, end: float
-) -> None:
-    """Frame an interval in all bars of a row; the painter stands at the row's corner."""
-    boxes, axis = layout.boxes(row), layout.axis(layout.entries[row])
-    left, right = axis.at(start), axis.at(end)
-    spare = max(8.0 - (right - left), 0.0) / 2 + 2
-    top = boxes.human.top()
-    frame = QRectF(left, top, right - left, boxes.predicted.bottom() - top)
-    outline(painter, frame.adjusted(-spare, -3, spare, 3))
-
-
-def paint_focus(painter: QPainter, layout: PairsLayout, row: int, mark: Interval | None) -> None:
-    theme = colours()
-    pen = QPen(QColor(theme.accent), 2.0)
-    pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
-    painter.setPen(pen)
-    painter.setBrush(Qt.BrushStyle.NoBrush)
-    painter.drawRect(QRectF(0, 0, layout.width, layout.row_height(row)).adjusted(1, 1, -1, -1))
-    if mark is None:
-        return
-    band = layout.boxes(row).band
-    box = difference_box(band, layout.axis(layout.entries[row]), mark)
-    centre = box.center().x()
-    painter.setPen(QPen(QColor(theme.background), 1.0))
-    painter.setBrush(QColor(theme.accent))
-    for tip, base in ((band.top(), band.top() - 8), (band.bottom(), band.bottom() + 8)):
-        painter.drawPolygon(
-            [QPointF(centre, tip), QPointF(centre - 6, base), QPointF(centre + 6, base)]
-        )
 
 
 #: What one notch of the wheel scrolls by, in pixels.
 WHEEL_STEP = 20
 #: Seconds that one event may spend on painting rows that were never seen before.
 PAINT_BUDGET = 0.004
-#: How many screens above and below are painted before they are scrolled to.
-SCREENS_AHEAD = 0.7
 #: Pixels beside the cursor's place that are drawn anew when it moves.
 CURSOR_MARGIN = 2
 
@@ -475,10 +325,6 @@ class PairsList(QAbstractScrollArea):
         self._layout: PairsLayout | None = None
         self._cursor_at: QRect | None = None
         self._opened = document.id
-        self._scrolled = False
-        self._skipped: set[str] = set()
-        self._ahead = QTimer(self, singleShot=True, interval=0)
-        self._ahead.timeout.connect(self._paint_ahead)
         self.setFrameShape(QAbstractScrollArea.Shape.NoFrame)
         self.setAccessibleName("Timeline pairs")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -541,66 +387,84 @@ class PairsList(QAbstractScrollArea):
             # Its room is no row's, so that it waits for none.
             if layout.first_proposal is not None:
                 self._paint_heading(painter, layout.tops[layout.first_proposal] - offset)
-            ratio, began = self.devicePixelRatioF(), perf_counter()
+            ratio, end = self.devicePixelRatioF(), perf_counter() + PAINT_BUDGET
+            late = False
             for row in layout.visible(area.top() + offset, area.bottom() + 1 + offset):
-                opened = self.entries[row].id == self.document.id
                 picture = self.pictures.known(self.entries[row].id)
-                if picture is None and not self._scrolled and perf_counter() - began < PAINT_BUDGET:
-                    picture = self._painted(row)
-                if picture is None:
-                    # It comes with an event of its own, so that scrolling never waits. That is
-                    # noted: an event that shows a part of it may be the one in which it is painted.
-                    self._skipped.add(self.entries[row].id)
+                if picture is None and perf_counter() > end:
+                    late = True
                     continue
+                picture = picture or self._painted(row)
                 top = layout.tops[row] - offset
                 painter.drawPixmap(QPointF(0, round(top * ratio) / ratio), picture)
                 painter.save()
                 painter.translate(0, top)
                 painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-                self._paint_marked(painter, layout, row, opened)
+                self._paint_marked(painter, row)
                 painter.restore()
-            self._scrolled = False
-            self._ahead.start()
+        if late:  # the rows without a picture come in the next events
+            QTimer.singleShot(0, self.viewport(), self.viewport().update)
 
     def _painted(self, row: int) -> QPixmap:
-        entry = self.entries[row]
-        opened, ratio = entry.id == self.document.id, self.devicePixelRatioF()
-        remark = self._remark(entry)
-        return self.pictures.paint(self.arrangement, row, self._styles, opened, ratio, remark)
+        """The picture of a row, painted anew and kept."""
+        box, ratio = self.arrangement.row_box(row), self.devicePixelRatioF()
+        picture = QPixmap(round(box.width() * ratio), round(box.height() * ratio))
+        picture.setDevicePixelRatio(ratio)
+        with QPainter(picture) as painter:
+            self._paint_row(painter, row)
+        self.pictures.put(self.entries[row].id, picture)
+        return picture
 
-    def _paint_ahead(self) -> None:
-        """Paint one row that is in view or may come there next, and so on until all are painted."""
-        if not self.isVisible():
-            return
-        top, page = self.verticalScrollBar().value(), self.viewport().height()
-        in_view = self.arrangement.visible(top, top + page)
-        near = self.arrangement.visible(
-            top - SCREENS_AHEAD * page, top + (1 + SCREENS_AHEAD) * page
-        )
-        for row in (*in_view, *(row for row in near if row not in in_view)):
-            id_ = self.entries[row].id
-            unknown = self.pictures.known(id_) is None
-            if unknown:
-                self._painted(row)
-            if unknown or id_ in self._skipped:
-                self._skipped.discard(id_)
-                if row in in_view:
-                    box = self.arrangement.row_box(row).translated(0, -top)
-                    self.viewport().update(box.toAlignedRect())
-                self._ahead.start()
-                return
-
-    def _paint_marked(self, painter: QPainter, layout: PairsLayout, row: int, opened: bool) -> None:
-        """Draw what changes more often than the row: examined interval, focus and cursor."""
-        place = self.document.review.examined
-        if place is not None and place.demonstration == layout.entries[row].id:
-            paint_examined(painter, layout, row, place.start, place.end)
-        if row == self.row and self.hasFocus():
-            marks = layout.entries[row].marks
-            paint_focus(painter, layout, row, None if self.mark is None else marks[self.mark])
+    def _paint_row(self, painter: QPainter, row: int) -> None:
+        """Paint a row with its upper left corner at the origin."""
+        theme, layout, entry = colours(), self.arrangement, self.entries[row]
+        axis, boxes, opened = layout.axis(entry), layout.boxes(row), entry.id == self.document.id
+        height = layout.row_height(row)
+        ground = mixed(theme.background, theme.accent, OPEN_TINT if opened else 0.0)
+        painter.fillRect(QRectF(0, 0, layout.width, height), ground)
         if opened:
-            boxes = layout.boxes(row)
-            x = round(layout.axis(layout.entries[row]).at(self.document.view.cursor)) + 0.5
+            painter.fillRect(QRectF(0, 0, 4, height), QColor(theme.accent))
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        if not layout.stretched:
+            painter.setPen(QPen(QColor(theme.grid), 1.0))
+            spots = [axis.at(value) for value, _ in axis.marks(upright=False)]
+            painter.drawLines([QLineF(x, 0, x, height) for x in spots])
+        on_track = replace(theme, text=theme.on_unlabelled)
+        pair, mark = replace(entry.pair, marks=entry.marks), QColor(theme.trouble)
+        paint_pair(painter, boxes, axis, pair, styles=self._styles, theme=on_track, mark=mark)
+        self._paint_texts(painter, row, text.font(bold=opened))
+
+    def _paint_texts(self, painter: QPainter, row: int, face: QFont) -> None:
+        theme, layout, entry = colours(), self.arrangement, self.entries[row]
+        boxes, remark = layout.boxes(row), self._remark(entry)
+        middle = (boxes.human.top() + boxes.predicted.bottom()) / 2
+        ink, muted, edge = QColor(theme.text), QColor(theme.muted), layout.width - MARGIN
+        name = text.elided_name(entry.reviewed.name, face, layout.name_room)
+        text.draw_text(painter, MARGIN, middle, name, face=face, ink=ink)
+        room = layout.caption_room - 10
+        paint_captions(painter, boxes, entry.pair, layout.left - 7, room, muted)
+        if entry.share is not None:
+            y, share = middle - 6 if remark else middle, f"{100 * entry.share:.1f} %"
+            text.draw_text(painter, edge, y, share, face=text.font(), ink=ink, align=1.0)
+        if remark:
+            y, small = middle + 7 if entry.share is not None else middle, text.font(CAPTION)
+            text.draw_text(painter, edge, y, remark, face=small, ink=muted, align=1.0)
+
+    def _paint_marked(self, painter: QPainter, row: int) -> None:
+        """Draw what changes more often than the row: examined interval, focus and cursor."""
+        layout, entry = self.arrangement, self.entries[row]
+        axis, boxes, place = layout.axis(entry), layout.boxes(row), self.document.review.examined
+        if place is not None and place.demonstration == entry.id:
+            left, right = axis.at(place.start), axis.at(place.end)
+            spare = max(8.0 - (right - left), 0.0) / 2 + 2
+            frame = QRectF(boxes.human.topLeft(), boxes.predicted.bottomRight())
+            frame.setLeft(left - spare)
+            frame.setRight(right + spare)
+            outline(painter, frame.adjusted(0, -3, 0, 3))
+        if row == self.row and self.hasFocus():
+            self._paint_focus(painter, row)
+        if entry.id == self.document.id:
+            x = round(axis.at(self.document.view.cursor)) + 0.5
             bottom = boxes.lanes[-1].bottom() if boxes.lanes else boxes.predicted.bottom()
             painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
             painter.setPen(QPen(QColor(colours().cursor), 1.0))
@@ -608,18 +472,37 @@ class PairsList(QAbstractScrollArea):
             # The next move takes away what stands here, however it came to stand here.
             self._cursor_at = self._cursor_box()
 
+    def _paint_focus(self, painter: QPainter, row: int) -> None:
+        """Frame the focused row, and point at the disagreement that is focused in it."""
+        theme, layout, entry = colours(), self.arrangement, self.entries[row]
+        pen = QPen(QColor(theme.accent), 2.0)
+        pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
+        painter.setPen(pen)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.drawRect(QRectF(0, 0, layout.width, layout.row_height(row)).adjusted(1, 1, -1, -1))
+        if self.mark is None:
+            return
+        band = layout.boxes(row).band
+        centre = difference_box(band, layout.axis(entry), entry.marks[self.mark]).center().x()
+        painter.setPen(QPen(QColor(theme.background), 1.0))
+        painter.setBrush(QColor(theme.accent))
+        for tip, base in ((band.top(), band.top() - 8), (band.bottom(), band.bottom() + 8)):
+            painter.drawPolygon(
+                [QPointF(centre, tip), QPointF(centre - 6, base), QPointF(centre + 6, base)]
+            )
+
     def _paint_heading(self, painter: QPainter, bottom: float) -> None:
         theme, width = colours(), self.viewport().width()
         box = QRectF(0, bottom - HEADING_HEIGHT, width, HEADING_HEIGHT)
         painter.fillRect(box.adjusted(0, 10, 0, 0), QColor(theme.panel))
         head, face = "Proposals", text.font(bold=True)
         middle = box.center().y() + 5
-        text.draw_text(painter, MARGIN, middle, head, face=face, ink=QColor(theme.text))
+        text.draw_text(painter, MARGIN, middle, head, face=face, ink=theme.text)
         x = MARGIN + text.width(head, face) + 12
         caption = "predicted where nothing is labelled; at the right: mean probability"
         small = text.font(10)
         caption = text.elided(caption, small, width - MARGIN - x)
-        text.draw_text(painter, x, middle, caption, face=small, ink=QColor(theme.muted))
+        text.draw_text(painter, x, middle, caption, face=small, ink=theme.muted)
 
     def _remark(self, entry: PairEntry) -> str:
         """What stands below the share: since when it differs, how long it lasts, or what it is."""
@@ -633,7 +516,6 @@ class PairsList(QAbstractScrollArea):
 
     def scrollContentsBy(self, dx: int, dy: int) -> None:
         """Move what is painted; only what comes into view is painted anew."""
-        self._scrolled = True
         if self._cursor_at is not None:  # what is drawn moves along
             self._cursor_at.translate(dx, dy)
         self.viewport().scroll(dx, dy)

@@ -105,7 +105,6 @@ class AcceptButtons(QWidget):
     # Accepting
 
     def accept_here(self) -> bool:
-        """Accept what is predicted at the cursor."""
         return self._accept_and_report(self.document.review.accept_here)
 
     def accept_in_view(self) -> bool:
@@ -141,7 +140,6 @@ class AcceptButtons(QWidget):
             set_enabled_with_reason(self.in_view, obstacle_to_accept_all(self.document))
 
     def _follow(self, *_: object) -> None:
-        """Offer what can be accepted."""
         if not self.isVisible():
             return
         document = self.document
@@ -158,6 +156,12 @@ class AcceptButtons(QWidget):
 
 
 RANKING_JOB = "proposals"
+COLUMNS = (
+    TableColumn("demonstration", number=False),
+    TableColumn("uncertainty", number=False),
+    TableColumn("probably wrong"),
+    TableColumn("labelled"),
+)
 #: The column with a bar, and how wide it is in pixels, so that bars can be compared.
 UNCERTAINTY_COLUMN, BAR_WIDTH = 1, 140
 #: Of its length; the rest is mostly time without any action.
@@ -185,18 +189,18 @@ class ProposalsView(QWidget):
         self.pages = PageOrPlaceholder(self.table)
         parts = self.order, self.pages, self.accepting
         page_layout(self, *parts, growing=self.pages, margin=4, spacing=4)
-        document.review.run_changed.connect(self._refresh)
-        document.author_changed.connect(self._refresh)
-        document.listing_changed.connect(self._listing_changed)
-        document.tracks_changed.connect(self._follow)
-        document.review.run_changed.connect(self._follow)
-        document.demonstration_changed.connect(self._follow)
-        self._say_empty()
+        for changed in (document.review.run_changed, document.author_changed):
+            changed.connect(self._refresh)
+        for changed in (
+            document.listing_changed,
+            document.tracks_changed,
+            document.demonstration_changed,
+        ):
+            changed.connect(self._show)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
         self._refresh()
-        self._follow()
 
     def _table(self) -> TextTable:
         table = TextTable(self.model)
@@ -207,19 +211,7 @@ class ProposalsView(QWidget):
         table.clicked.connect(self._go)
         return table
 
-    def _follow(self, *_: object) -> None:
-        """Show how much of the open demonstration is labelled by now."""
-        if not self.isVisible():
-            return
-        if self._sorted_proposals() != self.rows:
-            self._list()
-        elif (rows := self._table_rows()) != self.model.rows:
-            self.model.replace_texts(rows)
-            self._say_order()
-
-    # What is listed
-
-    def _refresh(self) -> None:
+    def _refresh(self, *_: object) -> None:
         """Rank the proposals of the run, in the background."""
         if not self.isVisible():
             return
@@ -229,64 +221,44 @@ class ProposalsView(QWidget):
             self.jobs.cancel(RANKING_JOB)
             if run is not None and run.proposals:
                 self.jobs.run(_rank_proposals(run), self._ranked, key=RANKING_JOB)
-        self._list()
+        self._show()
 
     def _ranked(self, ranking: tuple[Proposal, ...]) -> None:
         self._ranking = ranking
-        self._list()
+        self._show()
 
-    def _say_order(self) -> None:
-        """Say which demonstration comes first, or that all are labelled."""
-        done = self.rows and self.rows[0].id in self._done()
-        self.order.setText(
-            "All of these are labelled by now. Train again with them."
-            if done
-            else "The most uncertain comes first."
-        )
-
-    def _listing_changed(self) -> None:
-        if self.isVisible():
-            self._list()
-
-    def _list(self) -> None:
-        rows = self._sorted_proposals()
-        if rows != self.rows:
+    def _show(self, *_: object) -> None:
+        """List what may be seen; what the coder has labelled by now comes last."""
+        if not self.isVisible():
+            return
+        blind, labelled = blind_demonstrations(self.document), self._labelled()
+        done = {id_ for id_, share in labelled.items() if share >= LABELLED_SHARE}
+        visible = [proposal for proposal in self._ranking if proposal.id not in blind]
+        rows = tuple(sorted(visible, key=lambda proposal: proposal.id in done))
+        texts = [self._row(proposal, labelled.get(proposal.id)) for proposal in rows]
+        if rows == self.rows:
+            self.model.replace_texts(texts)
+        else:
             self.rows = rows
-            columns = (
-                TableColumn("demonstration", number=False),
-                TableColumn("uncertainty", number=False),
-                TableColumn("probably wrong"),
-                TableColumn("labelled"),
-            )
-            self.model.show(columns, self._table_rows())
+            self.model.show(COLUMNS, texts)
             self.table.fit_columns(stretched=0)
             self.table.horizontalHeader().resizeSection(UNCERTAINTY_COLUMN, BAR_WIDTH)
-        self._say_order()
-        self._say_empty()
-
-    def _sorted_proposals(self) -> tuple[Proposal, ...]:
-        """What may be seen; what the coder has labelled by now comes last."""
-        blind, done = blind_demonstrations(self.document), self._done()
-        visible = (proposal for proposal in self._ranking if proposal.id not in blind)
-        return tuple(sorted(visible, key=lambda proposal: proposal.id in done))
-
-    def _done(self) -> frozenset[str]:
-        return frozenset(id_ for id_, share in self._labelled().items() if share >= LABELLED_SHARE)
-
-    def _table_rows(self) -> tuple[TableRow, ...]:
-        labelled = self._labelled()
-        return tuple(
-            TableRow(
-                (
-                    proposal.name,
-                    f"{100 * proposal.uncertainty:.0f} %",
-                    f"{proposal.wrong:.1f} s",
-                    f"{100 * labelled[proposal.id]:.0f} %" if proposal.id in labelled else "–",
-                ),
-                tip=self._tip(proposal),
-            )
-            for proposal in self.rows
+        self.order.setVisible(bool(rows))
+        self.order.setText(
+            "All of these are labelled by now. Train again with them."
+            if rows and rows[0].id in done
+            else "The most uncertain comes first."
         )
+        self.pages.say("" if rows else self._missing(blind))
+
+    def _row(self, proposal: Proposal, labelled: float | None) -> TableRow:
+        cells = (
+            proposal.name,
+            f"{100 * proposal.uncertainty:.0f} %",
+            f"{proposal.wrong:.1f} s",
+            "–" if labelled is None else f"{100 * labelled:.0f} %",
+        )
+        return TableRow(cells, tip=self._tip(proposal))
 
     def _tip(self, proposal: Proposal) -> str:
         return (
@@ -308,33 +280,25 @@ class ProposalsView(QWidget):
             seconds[open_one] = now, seconds[open_one][1]
         return {id_: min(done / all_, 1.0) for id_, (done, all_) in seconds.items() if done * all_}
 
-    def _say_empty(self) -> None:
-        """Say why the list is empty."""
-        self.order.setVisible(bool(self.rows))
+    def _missing(self, blind: frozenset[str]) -> str:
         run = self.document.review.run
-        tasks = () if run is None else run.tasks
-        infos = [info for info in self.document.infos if info.task in tasks]
-        blind = blind_demonstrations(self.document)
-        if self.rows:
-            text = ""
-        elif run is None:
-            text = "Train a recogniser: it proposes labels for what is unlabelled."
-        elif self.jobs.awaits(RANKING_JOB):
-            text = "Ranking what is unlabelled…"
-        elif run.proposals or any(info.id in blind for info in infos):
-            text = "There is nothing here that may be seen."
-        elif any(run.author not in info.labelled for info in infos):
+        if run is None:
+            return "Train a recogniser: it proposes labels for what is unlabelled."
+        infos = [info for info in self.document.infos if info.task in run.tasks]
+        if self.jobs.awaits(RANKING_JOB):
+            return "Ranking what is unlabelled…"
+        if run.proposals or any(info.id in blind for info in infos):
+            return "There is nothing here that may be seen."
+        if any(run.author not in info.labelled for info in infos):
             # A run of the command line tests only, and demonstrations are imported later.
-            text = (
+            return (
                 "This run proposes nothing for what is unlabelled. Train again; if nothing is "
                 "listed here then, Training says why."
             )
-        else:
-            text = (
-                "Every demonstration was labelled when this recogniser was trained; there is "
-                "nothing to propose."
-            )
-        self.pages.say(text)
+        return (
+            "Every demonstration was labelled when this recogniser was trained; there is "
+            "nothing to propose."
+        )
 
     def _go(self, index: QModelIndex) -> None:
         """Go to the most uncertain interval of a row."""

@@ -34,10 +34,10 @@ from forcelab.gui.review.queue_list import (
 )
 from forcelab.gui.review.reviewed_run import blind_demonstrations, untested_text, visible_run
 from forcelab.gui.shortcuts import keys
-from forcelab.labels import Segment, Segments
+from forcelab.labels import Segment
 from forcelab.project import Project
 from forcelab.project.records import StoredVerdict, VerdictKind, utc_now
-from forcelab.review.differences import Difference, as_trained, current_tracks
+from forcelab.review.differences import Difference, current_tracks
 from forcelab.review.queue import ComparedDemonstration, Queue, arrange_queue
 from forcelab.review.run_result import RunResult, action_styles
 from forcelab.review.verdicts import count_verdicts, model_action, record_verdict, withdraw_verdict
@@ -55,35 +55,20 @@ class QueueData:
 
     run: RunResult  # as far as the coder may see it
     queue: Queue = field(default_factory=Queue)
-    tracks: dict[str, Segments] = field(default_factory=dict)
-    known: dict[str, ComparedDemonstration] = field(
-        default_factory=dict
-    )  # valid while a track stays as it is
+    known: dict[str, ComparedDemonstration] = field(default_factory=dict)
 
 
 def read_queue(
-    path: Path, run: RunResult, before: QueueData | None, changed: Mapping[str, Segments] | None
+    path: Path, run: RunResult, known: Mapping[str, ComparedDemonstration]
 ) -> Generator[Any, None, QueueData]:
-    """Read and compare, as a job.
+    """Read and compare, as a job; `run` is without what the coder may not see.
 
-    `run` is without what the coder may not see; `changed` holds the tracks that differ from
-    `before`, as the coder spells them; None reads all of them.
+    What is `known` is not compared again as long as its track is the same.
     """
     with Project.open(path) as project:
-        verdicts = project.coding.verdicts()
-        if before is None or changed is None:
-            tracks = current_tracks(project, run)
-        else:
-            tested = {reviewed.id: reviewed for reviewed in run.tested}
-            tracks = {id_: track for id_, track in before.tracks.items() if id_ in tested}
-            for id_, track in changed.items():
-                if id_ in tracks:
-                    tracks[id_] = as_trained(track, run, tested[id_])
-    known = before.known if before is not None else {}
-    queue, known = yield from arrange_queue(run, tracks, verdicts, known, invented=True)
-    # Equal tracks are held once, however often they are read again.
-    tracks.update((id_, compared.segments) for id_, compared in known.items())
-    return QueueData(run, queue, tracks, known)
+        verdicts, tracks = project.coding.verdicts(), current_tracks(project, run)
+    queue, now = yield from arrange_queue(run, tracks, verdicts, known, invented=True)
+    return QueueData(run, queue, now)
 
 
 class QueueLoader(QObject):
@@ -100,16 +85,12 @@ class QueueLoader(QObject):
         self.read: QueueData | None = None
         self.vocabulary = Vocabulary()
         self.watched = False
-        # How many changes there were, and how many of them `read` knows of: all, and those after
-        # which every track has to be read again.
+        # How many changes there were, and how many of them `read` knows of.
         self._changes, self._compared = 1, 0
-        self._upheavals, self._reread = 1, 0
-        #: The tracks that were edited since they were compared, by demonstration.
-        self._edited: dict[str, Segments] = {}
         self._infos = document.infos
         self._soon = QTimer(self, singleShot=True, interval=COMPARE_DELAY)
         self._soon.timeout.connect(self.compare)
-        document.review.run_changed.connect(self._all_changed)
+        document.review.run_changed.connect(self.track_changed)
         document.listing_changed.connect(self._listing_changed)
         document.author_changed.connect(self._author_changed)
         document.tracks_changed.connect(self.track_changed)
@@ -121,12 +102,9 @@ class QueueLoader(QObject):
         return self._compared != self._changes
 
     def track_changed(self) -> None:
-        """The open demonstration's track or the verdicts have changed."""
+        """Tracks, verdicts or the run have changed."""
         self._changes += 1
-        document, run = self._document, self._document.review.run
-        if run is not None and document.id and document.author == run.author:
-            self._edited[document.id] = document.editor.segments
-        if run is None:
+        if self._document.review.run is None:
             self.compare()
         elif self.watched:
             self._soon.start()
@@ -151,30 +129,14 @@ class QueueLoader(QObject):
             self.read, self._compared = None, self._changes
             self.changed.emit()
             return
-        before = self.read
-        if before is not None and before.run.number != run.number:
-            before = None
-        changed = None
-        edited = dict(self._edited)
-        if before is not None and self._reread == self._upheavals:
-            changed = edited
-        self._jobs.run(
-            read_queue(document.project.path, run, before, changed),
-            partial(
-                self._done, self._changes, self._upheavals if changed is None else None, edited
-            ),
-            key=QUEUE_JOB,
-        )
-
-    def _all_changed(self) -> None:
-        """Another run; or tracks of any demonstration may have changed."""
-        self._upheavals += 1
-        self.track_changed()
+        known = {} if self.read is None else self.read.known
+        job = read_queue(document.project.path, run, known)
+        self._jobs.run(job, partial(self._done, self._changes), key=QUEUE_JOB)
 
     def _author_changed(self) -> None:
         """Another coder may be blind to what is shown."""
         self._forget_blind()
-        self._all_changed()
+        self.track_changed()
 
     def _forget_blind(self) -> None:
         """Show at once nothing of what is coded blind from now on."""
@@ -187,22 +149,14 @@ class QueueLoader(QObject):
     def _listing_changed(self) -> None:
         """The list was read again; where only the open one changed, its track has been compared."""
         self._forget_blind()
-        open_id = self._document.id
-        lists = [
-            [i for i in infos if i.id != open_id] for infos in (self._infos, self._document.infos)
-        ]
+        open_id, listings = self._document.id, (self._infos, self._document.infos)
+        before, now = ([info for info in infos if info.id != open_id] for infos in listings)
         self._infos = self._document.infos
-        same = len(lists[0]) == len(lists[1])
-        if not same or any(a is not b for a, b in zip(*lists, strict=True)):
-            self._all_changed()
+        if before != now:
+            self.track_changed()
 
-    def _done(
-        self, changes: int, upheavals: int | None, edited: dict[str, Segments], read: QueueData
-    ) -> None:
+    def _done(self, changes: int, read: QueueData) -> None:
         self.read, self._compared = read, changes
-        self._edited = {i: t for i, t in self._edited.items() if edited.get(i) is not t}
-        if upheavals is not None:
-            self._reread = upheavals
         self._forget_blind()  # the coder may have changed since it began
         self._load_vocabulary()
         self.changed.emit()
@@ -211,30 +165,6 @@ class QueueLoader(QObject):
         project = self._document.project
         if self.read is not None and project is not None:
             self.vocabulary = action_styles(project, self.read.run)
-
-
-def missing_queue_text(run: RunResult | None, read: QueueData | None, *, training: bool) -> str:
-    """Why there is nothing to list; empty where there is something."""
-    if run is None:
-        announcement = (
-            "A recogniser is being trained; every place where you and it differ will be listed "
-            "here."
-        )
-        none = "Train a recogniser, and every place where you and it differ is listed here."
-        return announcement if training else none
-    if read is None:
-        return "Comparing…"
-    if read.queue.open or read.queue.judged:
-        return ""
-    if not run.tested:
-        return untested_text(
-            run,
-            "Nothing was tested, so nothing can differ.",
-            "See the page Proposals.",
-        )
-    if not read.run.tested:
-        return "You code these demonstrations blind; what differs is shown when done."
-    return "Labels and predictions agree everywhere."
 
 
 def queue_summary(queue: Queue) -> str:
@@ -263,6 +193,18 @@ def what_is_left_text(folded: Sequence[QueueSection]) -> str:
 BUTTON_MARGIN = 20
 
 
+#: Of each verdict its text, what is left of it where there is little room, and its tip.
+VERDICTS = {
+    "human": ("Human right", "Human", "The label is right; it stays."),
+    "model": (
+        "Model right",
+        "Model",
+        "The prediction is right; your label is changed to it (undo takes it back).",
+    ),
+    "ambiguous": ("Ambiguous", "Unclear", "It cannot be decided; the label stays."),
+}
+
+
 class VerdictButtons(QWidget):
     """Three verdicts; for what is judged already, one button to withdraw the verdict."""
 
@@ -271,24 +213,14 @@ class VerdictButtons(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self._texts = {
-            "human": ("Human right", "Human"),
-            "model": ("Model right", "Model"),
-            "ambiguous": ("Ambiguous", "Unclear"),
-        }
-        tips = {
-            "human": "The label is right; it stays.",
-            "model": "The prediction is right; your label is changed to it (undo takes it back).",
-            "ambiguous": "It cannot be decided; the label stays.",
-        }
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(4)
         self.verdicts: dict[str, QPushButton] = {}
-        for verdict, (text, _) in self._texts.items():
+        for verdict, (text, _, tip) in VERDICTS.items():
             button = QPushButton()
             button.setAccessibleName(text)
-            button.setToolTip(tips[verdict])
+            button.setToolTip(tip)
             button.clicked.connect(lambda _=False, v=verdict: self.judged.emit(v))
             row.addWidget(button, 1)
             self.verdicts[verdict] = button
@@ -300,13 +232,15 @@ class VerdictButtons(QWidget):
             button.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         keys().changed.connect(self._print_keys)
         self._print_keys()
-        self.offer(open_=False, judged=False)
+        self.offer(None)
 
-    def offer(self, *, open_: bool, judged: bool) -> None:
-        """Offer verdicts on what is open, or to withdraw the one on what is judged."""
+    def offer(self, item: QueueItem | None) -> None:
+        """Offer verdicts on a difference, or to withdraw the one that is given."""
+        judged = isinstance(item, StoredVerdict)
         for button in self.verdicts.values():
             button.setHidden(judged)
-            set_enabled_with_reason(button, "" if open_ else CHOOSE_DIFFERENCE)
+            obstacle = "" if isinstance(item, Difference) else CHOOSE_DIFFERENCE
+            set_enabled_with_reason(button, obstacle)
         self.withdraw.setHidden(not judged)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -315,13 +249,12 @@ class VerdictButtons(QWidget):
 
     def _print_keys(self) -> None:
         """Write each key below its verdict."""
-        longest = max(
-            self.fontMetrics().horizontalAdvance(text) for text, _ in self._texts.values()
-        )
-        short = self.width() < len(self._texts) * (longest + BUTTON_MARGIN)
+        width = self.fontMetrics().horizontalAdvance
+        longest = max(width(text) for text, _, _ in VERDICTS.values())
+        short = self.width() < len(VERDICTS) * (longest + BUTTON_MARGIN)
         for verdict, button in self.verdicts.items():
             key = keys().shown(f"verdict_{verdict}")
-            text = self._texts[verdict][short]
+            text = VERDICTS[verdict][short]
             button.setText(f"{text}\n{key}" if key else text)
 
 
@@ -363,29 +296,24 @@ class VerdictUndo:
 
     def undo(self) -> bool:
         """Undo the latest verdict or the latest edit, whichever is newer, where it is."""
-        while self._done and self._counts(self._done[-1]) == self._done[-1].withdrawn:
-            self._done.pop()  # undone elsewhere
-        return self._revert(self._done, self._undone, "undo")
+        return self._revert("undo")
 
     def redo(self) -> bool:
         """Redo what was undone last, a verdict or an edit."""
-        document, project = self._document, self._document.project
-        while self._undone and self._counts(self._undone[-1]) != self._undone[-1].withdrawn:
-            self._undone.pop()  # redone elsewhere
-        if self._undone and project is not None and document.id:
-            latest = project.tracks.history(document.id, document.author, latest=1)
-            if latest and latest[0].reverts is None and latest[0].time > self._undone[-1].time:
-                self._undone.clear()
-        return self._revert(self._undone, self._done, "redo")
+        return self._revert("redo")
 
-    def _revert(
-        self,
-        changes: list[_VerdictChange],
-        opposite: list[_VerdictChange],
-        kind: Literal["undo", "redo"],
-    ) -> bool:
-        """Undo or redo the latest of a list of verdicts, or a later edit."""
-        document, project = self._document, self._document.project
+    def _revert(self, kind: Literal["undo", "redo"]) -> bool:
+        """Undo or redo the latest verdict, or a later edit."""
+        document, project, undoing = self._document, self._document.project, kind == "undo"
+        changes, opposite = self._done, self._undone
+        if not undoing:
+            changes, opposite = opposite, changes
+        while changes and self._counts(changes[-1]) == (changes[-1].withdrawn == undoing):
+            changes.pop()  # undone or redone elsewhere
+        if changes and not undoing and project is not None and document.id:
+            latest = project.tracks.history(document.id, document.author, latest=1)
+            if latest and latest[0].reverts is None and latest[0].time > changes[-1].time:
+                changes.clear()
         if not changes or project is None:
             return self._revert_edit(kind)
         change = changes[-1]
@@ -398,7 +326,7 @@ class VerdictUndo:
             return (is_open or document.review.examine(change.verdict)) and self._revert_edit(kind)
         if change.edit and not together:
             changes.pop()  # its labels went another way
-            return self._revert(changes, opposite, kind)
+            return self._revert(kind)
         if not document.review.examine(change.verdict):
             return False
         if not together:
@@ -484,7 +412,6 @@ class QueueView(QWidget):
 
     @property
     def current(self) -> QueueItem | None:
-        """The marked item."""
         return self.list.current
 
     def step(self, direction: int) -> None:
@@ -517,14 +444,14 @@ class QueueView(QWidget):
         undone; the difference is open again then.
         """
         item, read = self.current, self.reader.read
-        if item is None or read is None or not isinstance(item.about, Difference):
+        if read is None or not isinstance(item, Difference):
             if self.reader.stale and self.document.review.examined is not None:
                 self._verdict = verdict  # it may be open again, after an undo
                 self.reader.compare()
                 return False
             self.document.refuse(CHOOSE_DIFFERENCE)
             return False
-        difference, run = item.about, read.run
+        difference, run = item, read.run
         self.document.show_message("")  # what became of the verdict before is over
         after = self.list.after()
         project, author = self.document.project, self.document.author
@@ -569,14 +496,14 @@ class QueueView(QWidget):
     def withdraw(self) -> bool:
         """Withdraw the verdict on the chosen item; it is open again."""
         item, project = self.current, self.document.project
-        if item is None or project is None or not isinstance(item.about, StoredVerdict):
+        if project is None or not isinstance(item, StoredVerdict):
             self.document.show_message(
                 "Choose a judged place first, at the end of the queue.", True
             )
             return False
         try:
-            withdraw_verdict(project, item.about, self.document.author)
-            self.history.add(item.about, withdrawn=True)
+            withdraw_verdict(project, item, self.document.author)
+            self.history.add(item, withdrawn=True)
         except ForcelabError as error:
             self.document.refuse(str(error))
             return False
@@ -610,13 +537,7 @@ class QueueView(QWidget):
     def _follow(self) -> None:
         """Mark the examined interval, wherever it was chosen; only that one is judged."""
         self.list.mark(self.document.review.examined)
-        self._offer()
-
-    def _offer(self) -> None:
-        item = self.current
-        self.buttons.offer(
-            open_=item is not None and not item.judged, judged=bool(item and item.judged)
-        )
+        self.buttons.offer(self.current)
 
     def _training_changed(self) -> None:
         if self.document.review.run is None:
@@ -638,9 +559,24 @@ class QueueView(QWidget):
 
     @property
     def _missing(self) -> str:
-        return missing_queue_text(
-            self.document.review.run, self.reader.read, training=self.document.review.training
-        )
+        """Why there is nothing to list; empty where there is something."""
+        run, read = self.document.review.run, self.reader.read
+        if run is None and self.document.review.training:
+            return (
+                "A recogniser is being trained; every place where you and it differ will be "
+                "listed here."
+            )
+        if run is None:
+            return "Train a recogniser, and every place where you and it differ is listed here."
+        if read is None:
+            return "Comparing…"
+        if read.queue.open or read.queue.judged:
+            return ""
+        if not run.tested:
+            nothing = "Nothing was tested, so nothing can differ."
+            return untested_text(run, nothing, "See the page Proposals.")
+        blind = "You code these demonstrations blind; what differs is shown when done."
+        return "Labels and predictions agree everywhere." if read.run.tested else blind
 
     def _show(self) -> None:
         read = self.reader.read
@@ -657,4 +593,4 @@ class QueueView(QWidget):
         self.buttons.setVisible(filled)
         self._summary.setVisible(filled)
         self._summary.setText(queue_summary(self.queue))
-        self._offer()
+        self.buttons.offer(self.current)

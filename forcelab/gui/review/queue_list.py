@@ -5,7 +5,6 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache
 from itertools import accumulate
 from typing import Any, Literal, get_args
 
@@ -68,38 +67,33 @@ SectionKind = Literal["suspected", "actions", "missed", "boundaries", "invented"
 FOLDED_AT_FIRST = frozenset({"boundaries", "invented", "judged"})
 
 
+#: The title of each section, and what is in it.
 SECTION_TEXTS = {
-    "suspected": "A recogniser that has not seen them contradicts, where it is usually right.",
-    "actions": "Both see an action, but not the same one.",
-    "missed": "Labelled, and the model sees nothing.",
-    "boundaries": "Both see the same actions; only the edge between them differs.",
-    "invented": "Unlabelled time, which is never scored, where the model sees an action.",
-    "judged": "All judged places, the latest first.",
+    "suspected": (
+        "Suspected coding errors",
+        "A recogniser that has not seen them contradicts, where it is usually right.",
+    ),
+    "actions": ("Wrong actions", "Both see an action, but not the same one."),
+    "missed": ("Missed by the model", "Labelled, and the model sees nothing."),
+    "boundaries": (
+        "Boundaries only",
+        "Both see the same actions; only the edge between them differs.",
+    ),
+    "invented": (
+        "Labelled by the model only",
+        "Unlabelled time, which is never scored, where the model sees an action.",
+    ),
+    "judged": ("Judged", "All judged places, the latest first."),
 }
 VERDICT_NAMES = {"human": "human right", "model": "model right", "ambiguous": "ambiguous"}
-
-
-def percentages_text(kind: str) -> str:
-    """What the percentages of a section are, and its order."""
-    if kind == "suspected":
-        return "Percentages: how much speaks for an error of the coder, the largest first."
-    return "Percentages: how sure the model is; what is long and sure comes first."
 
 
 def action_name(action: str | None) -> str:
     return "unlabelled" if action is None else action
 
 
-@dataclass(frozen=True, slots=True)
-class QueueItem:
-    """A difference, or a verdict on one, with the name of its demonstration."""
-
-    about: Difference | StoredVerdict
-    name: str
-
-    @property
-    def judged(self) -> bool:
-        return isinstance(self.about, StoredVerdict)
+#: What is listed: a difference, or a verdict on one.
+QueueItem = Difference | StoredVerdict
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,32 +101,19 @@ class QueueSection:
     """One part of the queue."""
 
     kind: SectionKind
-    listed: tuple[Difference | StoredVerdict, ...]  # what the filter lets through
+    listed: tuple[QueueItem, ...]  # what the filter lets through
     total: int  # without the filter
-    names: Mapping[str, str]  # the demonstrations', by their ids
 
     def __len__(self) -> int:
         return len(self.listed)
 
-    def item(self, row: int) -> QueueItem:
-        """One of its rows."""
-        about = self.listed[row]
-        return QueueItem(about, self.names.get(about.demonstration, ""))
-
     @property
     def title(self) -> str:
-        return {
-            "suspected": "Suspected coding errors",
-            "actions": "Wrong actions",
-            "missed": "Missed by the model",
-            "boundaries": "Boundaries only",
-            "invented": "Labelled by the model only",
-            "judged": "Judged",
-        }[self.kind]
+        return SECTION_TEXTS[self.kind][0]
 
     @property
     def explained(self) -> str:
-        return SECTION_TEXTS[self.kind]
+        return SECTION_TEXTS[self.kind][1]
 
     @property
     def percentages(self) -> str:
@@ -143,38 +124,11 @@ class QueueSection:
 
     @property
     def tip(self) -> str:
-        return "\n".join(
-            filter(None, (self.explained, self.percentages and percentages_text(self.kind)))
-        )
-
-
-def queue_sections(
-    queue: Queue, names: Mapping[str, str], text: str = ""
-) -> tuple[QueueSection, ...]:
-    """The sections that hold anything, with the items whose action or demonstration fits."""
-    fits = _text_filter(names, text.strip().casefold())
-    sections = []
-    for kind in get_args(SectionKind):
-        items = tuple(getattr(queue, kind))
-        listed = tuple(filter(fits, items)) if text.strip() else items
-        if listed:
-            sections.append(QueueSection(kind, listed, len(items), names))
-    return tuple(sections)
-
-
-def _text_filter(names: Mapping[str, str], text: str) -> Callable[[Interval], bool]:
-    @cache
-    def action(name: str | None) -> bool:
-        return text in action_name(name).casefold()
-
-    @cache
-    def demonstration(id_: str) -> bool:
-        return text in names.get(id_, "").casefold()
-
-    def fits(about: Interval) -> bool:
-        return action(about.human) or action(about.predicted) or demonstration(about.demonstration)
-
-    return fits
+        """What is in it, what its percentages are, and its order by these."""
+        order = "how sure the model is; what is long and sure comes first."
+        if self.kind == "suspected":
+            order = "how much speaks for an error of the coder, the largest first."
+        return f"{self.explained}\nPercentages: {order}" if self.percentages else self.explained
 
 
 class QueueModel(QAbstractListModel):
@@ -186,16 +140,27 @@ class QueueModel(QAbstractListModel):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.sections: tuple[QueueSection, ...] = ()
+        self.names: Mapping[str, str] = {}  # the demonstrations', by their ids
         self.folded: set[str] = set(FOLDED_AT_FIRST)
         self._heads: tuple[int, ...] = (0,)  # the rows of the headings, and how many rows there are
 
     def show(self, queue: Queue, names: Mapping[str, str], text: str = "") -> bool:
-        """Show a queue; gives whether anything changed."""
-        sections = queue_sections(queue, names, text)
-        if sections == self.sections:
+        """Show what of a queue has a text in action or demonstration; gives whether it changed."""
+        text = text.strip().casefold()
+
+        def fits(about: Interval) -> bool:
+            actions = action_name(about.human), action_name(about.predicted)
+            return any(text in t.casefold() for t in (*actions, names.get(about.demonstration, "")))
+
+        sections = []
+        for kind in get_args(SectionKind):
+            items = tuple(getattr(queue, kind))
+            if listed := tuple(filter(fits, items)) if text else items:
+                sections.append(QueueSection(kind, listed, len(items)))
+        if (tuple(sections), names) == (self.sections, self.names):
             return False
         self.beginResetModel()
-        self.sections = sections
+        self.sections, self.names = tuple(sections), names
         self._count()
         self.endResetModel()
         return True
@@ -247,7 +212,7 @@ class QueueModel(QAbstractListModel):
             return None
         number, item = self.where(index.row())
         section = self.sections[number]
-        return section if item < 0 else section.item(item)
+        return section if item < 0 else section.listed[item]
 
     # What Qt asks
 
@@ -267,19 +232,17 @@ class QueueModel(QAbstractListModel):
                 Qt.ItemDataRole.AccessibleTextRole: text,
                 Qt.ItemDataRole.ToolTipRole: item.tip,
             }.get(Qt.ItemDataRole(role))
+        texts = item_text(item, self.names.get(item.demonstration, ""))
         if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.AccessibleTextRole):
-            return "; ".join(item_text(item))
-        if role == Qt.ItemDataRole.ToolTipRole:
-            return "\n".join(item_text(item))
-        return None
+            return "; ".join(texts)
+        return "\n".join(texts) if role == Qt.ItemDataRole.ToolTipRole else None
 
 
-def item_text(item: QueueItem) -> list[str]:
-    about = item.about
+def item_text(about: QueueItem, name: str) -> list[str]:
     parts = [
         f"Human: {action_name(about.human)}",
         f"Model: {action_name(about.predicted)}",
-        f"{item.name}, {about.start:.3f} to {about.end:.3f} s",
+        f"{name}, {about.start:.3f} to {about.end:.3f} s",
     ]
     if isinstance(about, StoredVerdict):
         parts.append(f"Judged by {about.author}: {VERDICT_NAMES[about.verdict]}")
@@ -313,11 +276,92 @@ class QueuePainter(QStyledItemDelegate):
         selected = bool(option.state & QStyle.StateFlag.State_Selected)
         paint_row_background(painter, option, selected and isinstance(item, QueueItem))
         if isinstance(item, QueueSection):
-            _paint_section(painter, option, item, item.kind not in self._model.folded)
+            self._paint_section(painter, option, item)
         elif item is not None:
-            styles = self._style(item.about.human), self._style(item.about.predicted)
-            _paint_item(painter, option, item, styles)
+            self._paint_item(painter, option, item)
         painter.restore()
+
+    def _paint_section(
+        self, painter: QPainter, option: QStyleOptionViewItem, section: QueueSection
+    ) -> None:
+        theme, box = colours(), QRectF(option.rect)
+        height = QFontMetricsF(option.font).height()
+        left, right = box.left() + SIDE * height, box.right() - SIDE * height
+        line = QRectF(left + 0.9 * height, box.top() + ABOVE * height, 0, height)
+        line.setRight(right)
+        centre = QPointF(left + 0.25 * height, line.center().y())
+        paint_chevron(painter, centre, height, section.kind not in self._model.folded)
+        listed = len(section)
+        count = str(listed) if listed == section.total else f"{listed}/{section.total}"
+        small = smaller(option.font)
+        draw_line(painter, line, count, small, theme.muted, RIGHT)
+        below = QRectF(
+            line.left(), line.bottom() + 0.5 * ABOVE * height, line.width(), SMALL * height
+        )
+        line.setRight(right - QFontMetricsF(small).horizontalAdvance(count) - GAP * height)
+        face = QFont(option.font)
+        face.setBold(True)
+        ink = theme.warning if section.kind == "suspected" else theme.text
+        draw_line(painter, line, section.title, face, ink)
+        if rated := section.percentages:  # as the head of the percentages below it
+            draw_line(painter, below, rated, small, theme.text, RIGHT)
+            wide = QFontMetricsF(small).horizontalAdvance(rated)
+            below.setRight(right - wide - 2 * GAP * height)
+        draw_line(painter, below, section.explained, small, theme.muted)
+
+    def _paint_item(
+        self, painter: QPainter, option: QStyleOptionViewItem, place: QueueItem
+    ) -> None:
+        """A difference: human, arrow, model and how sure above; where and how long below."""
+        theme, box = colours(), QRectF(option.rect)
+        face, small = option.font, smaller(option.font)
+        height = QFontMetricsF(face).height()
+        left, right = box.left() + SIDE * height + 0.9 * height, box.right() - SIDE * height
+        line = QRectF(left, box.top() + ABOVE * height, right - left, height)
+        text = _verdict_or_probability(place)
+        room = QFontMetricsF(face).horizontalAdvance(text) + 1 if text else 0.0
+        draw_line(painter, line, text, face, theme.text, RIGHT)
+        line.setRight(right - room - (GAP * height if text else 0))
+        self._paint_names(painter, line, face, (place.human, place.predicted))
+        sizes = QFontMetricsF(small)
+        below = QRectF(left, line.bottom() + ABOVE * height, right - left, sizes.height())
+        seconds = f"{place.duration:.2f} s"
+        draw_line(painter, below, seconds, small, theme.muted, RIGHT)
+        span = f"{place.start:.2f}–{place.end:.2f} s"
+        below.setRight(right - sizes.horizontalAdvance(seconds) - GAP * height - 1)
+        wide = sizes.horizontalAdvance(span) + GAP * height
+        name = QRectF(below)
+        name.setRight(below.right() - wide)
+        demonstration = self._model.names.get(place.demonstration, "")
+        written = draw_line(painter, name, demonstration, small, theme.muted, elide=NAMES)
+        below.setLeft(left + (written + GAP * height if written else 0))
+        draw_line(painter, below, span, small, theme.muted)
+
+    def _paint_names(
+        self, painter: QPainter, line: QRectF, face: QFont, actions: tuple[str | None, str | None]
+    ) -> None:
+        """Swatch and name of what the human labelled, an arrow, and those of the prediction."""
+        theme, metrics = colours(), QFontMetricsF(face)
+        height = metrics.height()
+        side, gap, arrow = round(0.72 * height), GAP * height, 1.1 * height
+        room = line.width() - 2 * side - 4 * gap - arrow
+        widths = [metrics.horizontalAdvance(action_name(action)) + 1 for action in actions]
+        if sum(widths) > room:  # a short name leaves its room to a long one
+            least = min(room / 2, *widths)
+            widths = [w if w == least else room - least for w in widths]
+            if widths[0] == widths[1]:
+                widths = [room / 2, room / 2]
+        x = line.left()
+        for i, (action, width) in enumerate(zip(actions, widths, strict=True)):
+            if i:
+                _paint_arrow(painter, QRectF(x, line.top(), arrow, height))
+                x += arrow + gap
+            box = QRectF(round(x), round(line.center().y() - side / 2), side, side)
+            paint_swatch(painter, box, self._style(action))
+            x += side + gap
+            ink = theme.muted if action is None else theme.text
+            where = QRectF(x, line.top(), max(width, 0), height)
+            x += draw_line(painter, where, action_name(action), face, ink, elide=NAMES) + gap
 
     def _style(self, action: str | None) -> LabelStyle:
         if action is None:
@@ -329,106 +373,12 @@ def row_height(font: QFont) -> int:
     return round(QFontMetricsF(font).height() * (1 + SMALL + 3 * ABOVE))
 
 
-def _paint_section(
-    painter: QPainter, option: QStyleOptionViewItem, section: QueueSection, expanded: bool
-) -> None:
-    theme, box = colours(), QRectF(option.rect)
-    height = QFontMetricsF(option.font).height()
-    left, right = box.left() + SIDE * height, box.right() - SIDE * height
-    line = QRectF(left + 0.9 * height, box.top() + ABOVE * height, 0, height)
-    line.setRight(right)
-    centre = QPointF(left + 0.25 * height, line.center().y())
-    paint_chevron(painter, centre, height, expanded)
-    listed = len(section)
-    count = str(listed) if listed == section.total else f"{listed}/{section.total}"
-    small = smaller(option.font)
-    draw_line(painter, line, count, small, theme.muted, RIGHT)
-    below = QRectF(line.left(), line.bottom() + 0.5 * ABOVE * height, line.width(), SMALL * height)
-    line.setRight(right - QFontMetricsF(small).horizontalAdvance(count) - GAP * height)
-    face = QFont(option.font)
-    face.setBold(True)
-    ink = theme.warning if section.kind == "suspected" else theme.text
-    draw_line(painter, line, section.title, face, ink)
-    if rated := section.percentages:  # as the head of the percentages below it
-        draw_line(painter, below, rated, small, theme.text, RIGHT)
-        wide = QFontMetricsF(small).horizontalAdvance(rated)
-        below.setRight(right - wide - 2 * GAP * height)
-    draw_line(painter, below, section.explained, small, theme.muted)
-
-
-def _paint_item(
-    painter: QPainter,
-    option: QStyleOptionViewItem,
-    item: QueueItem,
-    styles: tuple[LabelStyle, LabelStyle],
-) -> None:
-    """A difference: human, arrow, model and how sure above; where and how long below."""
-    theme, box, place = colours(), QRectF(option.rect), item.about
-    face, small = option.font, smaller(option.font)
-    height = QFontMetricsF(face).height()
-    left, right = box.left() + SIDE * height + 0.9 * height, box.right() - SIDE * height
-    line = QRectF(left, box.top() + ABOVE * height, right - left, height)
-    text = _verdict_or_probability(item)
-    room = QFontMetricsF(face).horizontalAdvance(text) + 1 if text else 0.0
-    draw_line(painter, line, text, face, theme.text, RIGHT)
-    line.setRight(right - room - (GAP * height if text else 0))
-    names = (action_name(place.human), action_name(place.predicted))
-    _paint_names(painter, line, face, names, styles, (place.human, place.predicted))
-    sizes = QFontMetricsF(small)
-    below = QRectF(left, line.bottom() + ABOVE * height, right - left, sizes.height())
-    seconds = f"{place.duration:.2f} s"
-    draw_line(painter, below, seconds, small, theme.muted, RIGHT)
-    span = f"{place.start:.2f}–{place.end:.2f} s"
-    below.setRight(right - sizes.horizontalAdvance(seconds) - GAP * height - 1)
-    wide = sizes.horizontalAdvance(span) + GAP * height
-    name = QRectF(below)
-    name.setRight(below.right() - wide)
-    written = draw_line(painter, name, item.name, small, theme.muted, elide=NAMES)
-    below.setLeft(left + (written + GAP * height if written else 0))
-    draw_line(painter, below, span, small, theme.muted)
-
-
-def _verdict_or_probability(item: QueueItem) -> str:
-    about = item.about
+def _verdict_or_probability(about: QueueItem) -> str:
     if isinstance(about, StoredVerdict):
         return VERDICT_NAMES[about.verdict]
     if about.suspicion >= SUSPECT:  # by which these are in order
         return f"{100 * about.suspicion:.0f} %"
     return "" if about.confidence is None else f"{100 * about.confidence:.0f} %"
-
-
-def _paint_names(
-    painter: QPainter,
-    line: QRectF,
-    face: QFont,
-    names: tuple[str, str],
-    styles: tuple[LabelStyle, LabelStyle],
-    actions: tuple[str | None, str | None],
-) -> None:
-    """Swatch and name of what the human labelled, an arrow, and those of the prediction."""
-    theme, metrics = colours(), QFontMetricsF(face)
-    height = metrics.height()
-    side, gap, arrow = round(0.72 * height), GAP * height, 1.1 * height
-    room = line.width() - 2 * side - 4 * gap - arrow
-    widths = [metrics.horizontalAdvance(name) + 1 for name in names]
-    if sum(widths) > room:  # a short name leaves its room to a long one
-        least = min(room / 2, *widths)
-        widths = [w if w == least else room - least for w in widths]
-        if widths[0] == widths[1]:
-            widths = [room / 2, room / 2]
-    x = line.left()
-    for i, (name, style, width, action) in enumerate(
-        zip(names, styles, widths, actions, strict=True)
-    ):
-        if i:
-            _paint_arrow(painter, QRectF(x, line.top(), arrow, height))
-            x += arrow + gap
-        box = QRectF(round(x), round(line.center().y() - side / 2), side, side)
-        paint_swatch(painter, box, style)
-        x += side + gap
-        ink = theme.muted if action is None else theme.text
-        where = QRectF(x, line.top(), max(width, 0), height)
-        x += draw_line(painter, where, name, face, ink, elide=NAMES) + gap
 
 
 def _paint_arrow(painter: QPainter, box: QRectF) -> None:
@@ -488,57 +438,41 @@ class QueueList(QTableView):
     @property
     def current(self) -> QueueItem | None:
         item = self._model.at(self.currentIndex())
-        return item if isinstance(item, QueueItem) else None
+        return None if isinstance(item, QueueSection) else item
 
     @property
-    def _open(self) -> list[int]:
-        """The unfolded sections with something to judge."""
-        folded = self._model.folded
+    def waiting(self) -> list[int]:
+        """The rows with something to judge, in unfolded sections."""
+        model = self._model
         return [
-            number
-            for number, section in enumerate(self._model.sections)
-            if section.kind != "judged" and section.kind not in folded
+            model.row(number, item)
+            for number, section in enumerate(model.sections)
+            if section.kind not in {"judged", *model.folded}
+            for item in range(len(section))
         ]
-
-    @property
-    def waiting(self) -> int:
-        return sum(len(self._model.sections[number]) for number in self._open)
 
     def beside(self, direction: int) -> tuple[Interval, bool]:
         """The place of the next open item or of the one before, and whether it wrapped around.
 
         Where the marked one has gone, its place in the order counts. There must be an open item.
         """
-        position, waiting = self._position(), self.waiting
+        rows, position = self.waiting, self._position()
         if position is None:
             position = self._last - (direction > 0)
         target = position + direction
-        return self._place(target % waiting), not 0 <= target < waiting
+        number, item = self._model.where(rows[target % len(rows)])
+        return self._model.sections[number].listed[item], not 0 <= target < len(rows)
 
     def after(self) -> Interval | None:
         """What comes after the current item; None where it is the only one."""
-        if self._position() is None or self.waiting < 2:
+        if self._position() is None or len(self.waiting) < 2:
             return None
         return self.beside(1)[0]
 
     def _position(self) -> int | None:
         """The index of the marked item among the open ones."""
-        index = self.currentIndex()
-        if not index.isValid():
-            return None
-        marked, item = self._model.where(index.row())
-        before = self._open
-        if item < 0 or marked not in before:
-            return None
-        return item + sum(len(self._model.sections[n]) for n in before if n < marked)
-
-    def _place(self, position: int) -> Interval:
-        for number in self._open:
-            section = self._model.sections[number]
-            if position < len(section):
-                return section.listed[position]
-            position -= len(section)
-        raise IndexError(position)
+        rows, row = self.waiting, self.currentIndex().row()
+        return rows.index(row) if row in rows else None
 
     def mark(self, place: Interval | None, unfold: bool = True) -> None:
         """Mark an interval, if it is listed, and bring it into view, unfolding its section."""
@@ -565,10 +499,10 @@ class QueueList(QTableView):
 
     def unfold_first(self) -> bool:
         """Unfold the first section with something to judge; gives whether there is one."""
-        for section in self.folded:
-            self._model.fold(self._model.sections.index(section), False)
-            return True
-        return False
+        if not self.folded:
+            return False
+        self._model.fold(self._model.sections.index(self.folded[0]), False)
+        return True
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         text = event.text()
@@ -584,8 +518,8 @@ class QueueList(QTableView):
     def _clicked(self, index: QModelIndex) -> None:
         """Show an interval; fold or unfold a section."""
         item = self._model.at(index)
-        if isinstance(item, QueueItem):
-            self.chosen.emit(item.about)
-        elif item is not None:
+        if isinstance(item, QueueSection):
             number, _ = self._model.where(index.row())
             self._model.fold(number, item.kind not in self._model.folded)
+        elif item is not None:
+            self.chosen.emit(item)

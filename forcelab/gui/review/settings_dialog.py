@@ -45,12 +45,11 @@ from forcelab.gui.layout import (
     toned_label,
 )
 from forcelab.gui.review.trainer import Trainer, default_author
-from forcelab.gui.review.training_preferences import PRESET_TEXTS
+from forcelab.gui.review.training_preferences import PRESET_TEXTS, TrainingChoice
 from forcelab.gui.setting_editors import Editor, editor_for
-from forcelab.gui.text import escape_ampersands, thousands
+from forcelab.gui.text import escape_ampersands
 from forcelab.gui.widgets import combo_box
 from forcelab.label_map import MergeMap
-from forcelab.recognition.dataset import DataSelection
 from forcelab.recognition.plugins import known_paths
 from forcelab.recognition.presets import PRESETS, preset
 from forcelab.recognition.settings import FIELD_GROUPS, FIELDS, Settings, applies
@@ -79,7 +78,7 @@ class TrainingFacts:
         return features, round(self.labelled * steps / settings.training_stride(rate))
 
 
-def training_facts(document: Document, choice: DataSelection) -> TrainingFacts:
+def training_facts(document: Document, choice: TrainingChoice) -> TrainingFacts:
     """The facts of a choice, from the list of demonstrations; opens no array."""
     if document.project is None:
         return TrainingFacts()
@@ -282,7 +281,6 @@ class _MergeTable(QTableWidget):
     """A table in which Delete takes lines away."""
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Delete removes the current line."""
         if event.key() in (Qt.Key.Key_Delete, Qt.Key.Key_Backspace) and self.currentRow() >= 0:
             if self.currentRow() < self.rowCount() - 1:
                 row = self.currentRow()
@@ -316,9 +314,8 @@ class SettingsForm(QWidget):
         self.editors: dict[str, Editor] = {}
         self.troubles: dict[str, QLabel] = {}
         self.trouble = ""
-        self.preset = "paper"
-        self._base: Settings | None = None
-        self._wavelet = ""
+        self._base = preset("paper")
+        self._wavelet = self._base.wavelet
         self._rows: dict[str, tuple[QFormLayout, QWidget]] = {}
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -333,8 +330,7 @@ class SettingsForm(QWidget):
         column.addStretch(1)
 
     def set_settings(self, settings: Settings) -> None:
-        self._base, self.preset = settings, settings.preset
-        self._wavelet = settings.wavelet
+        self._base, self._wavelet = settings, settings.wavelet
         for name, editor in self.editors.items():
             value = getattr(settings, name)
             if name == "parameter" and value is None:
@@ -348,57 +344,49 @@ class SettingsForm(QWidget):
             label.clear()
             label.hide()
         self.trouble = ""
+        values = self._values()
+        if values is None:
+            return None
         try:
-            values = self.values()
-            try:
-                return Settings(**values)
-            except InputError as error:
-                self._refuse(self._field_at_fault(values), error)
-        except _RefusedError as refused:
-            self._refuse(refused.field, refused.error)
-        return None
-
-    def values(self) -> dict[str, Any]:
-        """The values of the editors; what is not in use is as it was, or left out."""
-        values = {name: self._value(name) for name in self.editors}
-        if values["wavelet"] == "haar":
-            values["parameter"] = None
-        elif self._base is not None and self._untouched(values):
-            values["parameter"] = None  # the wavelet's default, as it was
-        if self._base is not None:
-            values["windows"] = self._base.windows  # which have no editor
-        return values | {"preset": self.preset}
-
-    def _value(self, name: str) -> Any:
-        try:
-            return self.editors[name].value()
+            return Settings(**values)
         except InputError as error:
-            raise _RefusedError(name, error) from error
+            self._refuse(self._field_at_fault(values, error), error)
+            return None
+
+    def _values(self) -> dict[str, Any] | None:
+        """The values of the editors, None where one is refused.
+
+        What is not in use is as it was, or left out.
+        """
+        values, name = dict[str, Any](), ""
+        try:
+            for name, editor in self.editors.items():
+                values[name] = editor.value()
+        except InputError as error:
+            self._refuse(name, error)
+            return None
+        own = (values["wavelet"], values["parameter"])
+        base = (self._base.wavelet, WAVELET_PARAMETERS.get(self._base.wavelet))
+        default = self._base.parameter is None and own == base
+        if values["wavelet"] == "haar" or default:  # which is not written out, as it was not
+            values["parameter"] = None
+        # What has no editor.
+        return values | {"windows": self._base.windows, "preset": self._base.preset}
 
     def _refuse(self, field: str, error: InputError) -> None:
         self.trouble = str(error)
         self.troubles[field].setText(self.trouble)
         self.troubles[field].show()
 
-    def _untouched(self, values: dict[str, Any]) -> bool:
-        """Whether wavelet and parameter are still the ones whose default was not written out."""
-        assert self._base is not None
-        return (
-            self._base.parameter is None
-            and values["wavelet"] == self._base.wavelet
-            and values["parameter"] == WAVELET_PARAMETERS.get(self._base.wavelet)
-        )
-
-    def _field_at_fault(self, values: dict[str, Any]) -> str:
+    def _field_at_fault(self, values: dict[str, Any], error: InputError) -> str:
         """The field to blame: with its old value the settings would be accepted."""
-        assert self._base is not None
         for field in FIELDS:
             try:
                 Settings(**{**values, field.name: getattr(self._base, field.name)})
             except InputError:
                 continue
             return field.name
-        return next((f.name for f in FIELDS if f.name in self.trouble), FIELDS[-1].name)
+        return next((f.name for f in FIELDS if f.name in str(error)), FIELDS[-1].name)
 
     def _add(self, field: SettingField, form: QFormLayout) -> None:
         editor = _editor_for(field, self.facts)
@@ -415,31 +403,19 @@ class SettingsForm(QWidget):
 
     def _edited(self) -> None:
         wavelet = self.editors["wavelet"].value()
-        if wavelet != self._wavelet and self._wavelet:
+        if wavelet != self._wavelet:
             self._wavelet = wavelet
             self.editors["parameter"].set_value(WAVELET_PARAMETERS.get(wavelet, 0.0))
-        if self._base is not None:
-            self._follow()
+        self._follow()
 
     def _follow(self) -> None:
         """Show the fields in use, and what is wrong."""
-        try:
-            values = self.values()
-        except _RefusedError:
-            values = {}
-        for field in FIELDS if values else ():
-            form, cell = self._rows[field.name]
-            form.setRowVisible(cell, applies(field.name, values))
+        if (values := self._values()) is not None:
+            for field in FIELDS:
+                form, cell = self._rows[field.name]
+                form.setRowVisible(cell, applies(field.name, values))
         self.settings()
         self.changed.emit()
-
-
-class _RefusedError(Exception):
-    """An editor holds no value."""
-
-    def __init__(self, field: str, error: InputError) -> None:
-        super().__init__(field)
-        self.field, self.error = field, error
 
 
 def _editor_for(field: SettingField, facts: TrainingFacts) -> Editor:
@@ -471,7 +447,6 @@ SUMMARY_PAGE, FORM_PAGE = 0, 1
 
 
 def differs_from_preset(settings: Settings) -> bool:
-    """Whether settings differ from those of their preset."""
     return settings != PRESETS.get(settings.preset)
 
 
@@ -614,7 +589,7 @@ class SettingsDialog(QDialog):
             text = f"{text} and those of {own}" if features else f"The features of {own}"
         if not steps:
             return f"{text}; nothing is labelled yet."
-        return f"{text}, {thousands(steps)} labelled time steps to train on"
+        return f"{text}, {steps:,} labelled time steps to train on"
 
 
 def change_settings(trainer: Trainer, parent: QWidget, field: str = "") -> None:

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
@@ -27,27 +24,26 @@ from forcelab.gui.review.trainer import (
     default_folds,
     task_text,
 )
+from forcelab.gui.review.training_preferences import TrainingChoice
 from forcelab.gui.widgets import NAME_CHARACTERS, ElidedComboBox
 from forcelab.recognition.groups import GROUPS
 
-if TYPE_CHECKING:
-    from forcelab.recognition.dataset import DataSelection
 
-
-class TaskChoiceForm(QWidget):
+class TaskChoiceDialog(QDialog):
     """Tasks to train on, and how they are tested; `trouble` says why this cannot be chosen."""
 
-    changed = Signal()
-
-    def __init__(self, document: Document, choice: DataSelection) -> None:
-        super().__init__()
+    def __init__(
+        self, document: Document, choice: TrainingChoice, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Tasks to train and test on")
         self.document = document
         self.trouble = ""
         self._also_from = choice.also_from  # chosen in the bar
         self.tasks = tuple(dict.fromkeys(info.task for info in document.infos))
         self._refusal, self._explanation = toned_label("trouble"), QLabel(wordWrap=True)
+        buttons, self.ok = dialog_buttons(self, "Use these tasks")
         column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(self._training_box(choice))
         column.addWidget(self._testing_box(choice))
         column.addWidget(self._actions_box(choice))
@@ -55,14 +51,14 @@ class TaskChoiceForm(QWidget):
         column.addWidget(self._explanation)
         column.addWidget(self._refusal)
         column.addStretch(1)
+        column.addWidget(buttons)
+        self.setMinimumWidth(28 * self.fontMetrics().height())
         self._follow()
 
-    def choice(self) -> DataSelection:
-        from forcelab.recognition.dataset import DataSelection
-
+    def choice(self) -> TrainingChoice:
         tasks = self._trained()
         across = self.across.isChecked()
-        return DataSelection(
+        return TrainingChoice(
             tasks=tasks,
             test_task=str(self.test_task.currentData()) if across else None,
             author=self.coder.currentData() or None,
@@ -73,7 +69,7 @@ class TaskChoiceForm(QWidget):
 
     # What it is made of
 
-    def _training_box(self, choice: DataSelection) -> QGroupBox:
+    def _training_box(self, choice: TrainingChoice) -> QGroupBox:
         box = QGroupBox("Train on")
         column = QVBoxLayout(box)
         self.boxes: dict[str, QCheckBox] = {}
@@ -87,7 +83,7 @@ class TaskChoiceForm(QWidget):
             self.boxes[task] = check
         return box
 
-    def _testing_box(self, choice: DataSelection) -> QGroupBox:
+    def _testing_box(self, choice: TrainingChoice) -> QGroupBox:
         """Leave one out, or a group, or test on another task."""
         self.leave_out = _radio_button("Leave each demonstration out in turn")
         groups = choice.folds or GROUPS
@@ -119,7 +115,7 @@ class TaskChoiceForm(QWidget):
         column.addWidget(self.test_task, 0, Qt.AlignmentFlag.AlignLeft)
         return box
 
-    def _usual_folds(self, choice: DataSelection) -> int:
+    def _usual_folds(self, choice: TrainingChoice) -> int:
         """In how many groups demonstrations are left out unless the coder chooses."""
         author = choice.author or default_author(self.document, set(choice.tasks))
         return default_folds(self.document, choice.tasks, author)
@@ -128,7 +124,7 @@ class TaskChoiceForm(QWidget):
         if on:
             self._folds = folds
 
-    def _actions_box(self, choice: DataSelection) -> QGroupBox:
+    def _actions_box(self, choice: TrainingChoice) -> QGroupBox:
         self.joined = _radio_button("are one: “grab” is “grab” in every task")
         self.apart = _radio_button("stay apart, by the task as a suffix")
         self.apart.setToolTip(
@@ -142,7 +138,7 @@ class TaskChoiceForm(QWidget):
         column.addWidget(self.apart)
         return self._same
 
-    def _coder_row(self, choice: DataSelection) -> QWidget:
+    def _coder_row(self, choice: TrainingChoice) -> QWidget:
         self._coder_box = QWidget()
         form = QFormLayout(self._coder_box)
         form.setContentsMargins(0, 0, 0, 0)
@@ -195,7 +191,7 @@ class TaskChoiceForm(QWidget):
         self._refusal.setVisible(bool(self.trouble))
         self._explanation.setText("" if self.trouble else self._note(tasks))
         self._explanation.setVisible(not self.trouble)
-        self.changed.emit()
+        set_enabled_with_reason(self.ok, self.trouble)
 
     def _error_sentence(self, tasks: tuple[str, ...]) -> str:
         """Why this cannot be trained and tested; empty where it can."""
@@ -221,44 +217,20 @@ class TaskChoiceForm(QWidget):
                 "Only one demonstration is labelled, so nothing can be tested; a recogniser is "
                 "trained all the same, and proposes labels for the others."
             )
-        choice = self.choice()
-        return f"Trained and tested: {choice_text(choice.tasks, choice.test_task, choice.apart)}"
+        return f"Trained and tested: {choice_text(self.choice())}"
 
 
-class TaskChoiceDialog(QDialog):
-    """The choice of tasks in a window of its own."""
-
-    def __init__(
-        self, document: Document, choice: DataSelection, parent: QWidget | None = None
-    ) -> None:
-        super().__init__(parent)
-        self.setWindowTitle("Tasks to train and test on")
-        self.form = TaskChoiceForm(document, choice)
-        buttons, self.ok = dialog_buttons(self, "Use these tasks")
-        column = QVBoxLayout(self)
-        column.addWidget(self.form, 1)
-        column.addWidget(buttons)
-        self.form.changed.connect(self._follow)
-        self.setMinimumWidth(28 * self.fontMetrics().height())
-        self._follow()
-
-    def _follow(self) -> None:
-        """What cannot be trained cannot be chosen."""
-        set_enabled_with_reason(self.ok, self.form.trouble)
-
-
-def choice_text(tasks: Sequence[str], test_task: str | None, apart: bool) -> str:
+def choice_text(choice: TrainingChoice) -> str:
     """What is trained and tested, in a few characters: ``"hard + soft → foam"``."""
-    title = " + ".join(map(task_text, tasks))
-    if test_task is not None:
-        return f"{title} → {task_text(test_task)}"
-    if apart:
+    title = " + ".join(map(task_text, choice.tasks))
+    if choice.test_task is not None:
+        return f"{title} → {task_text(choice.test_task)}"
+    if choice.apart:
         return f"{title}, kept apart"
     return title
 
 
 def _radio_button(text: str) -> QRadioButton:
-    """One of the exclusive buttons of a box."""
     button = QRadioButton(text)
     button.setAccessibleName(text)
     return button
@@ -288,7 +260,7 @@ class TaskComboBox(ElidedComboBox):
         self.setCurrentIndex(max(at, 0) if tasks else -1)
         for index, task in enumerate(tasks):
             current = index == at
-            self.setItemText(index, choice_text(*trainer.chosen) if current else task_text(task))
+            self.setItemText(index, choice_text(trainer.choice) if current else task_text(task))
 
     def fit(self, roomy: bool) -> None:
         """Show up to twice as many characters where there is much room."""
@@ -312,6 +284,6 @@ class TaskComboBox(ElidedComboBox):
         trainer = self._trainer
         if trainer.ready:
             dialog = TaskChoiceDialog(trainer.document, trainer.choice, self.window())
-            dialog.accepted.connect(lambda: trainer.set_choice(dialog.form.choice()))
+            dialog.accepted.connect(lambda: trainer.set_choice(dialog.choice()))
             dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
             dialog.open()

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from PySide6.QtCore import QItemSelectionModel, QObject, QSignalBlocker, Qt, QTimer, Signal
+from PySide6.QtCore import QItemSelectionModel, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QPushButton, QSplitter, QWidget
 
@@ -80,7 +80,6 @@ def drawn_rows(rows: Sequence[Row], error: Quantity, time: Quantity) -> dict[int
 
 
 def points_of(rows: Mapping[int, Row]) -> tuple[Point, ...]:
-    """The points of drawn rows."""
     return tuple(
         Point(i, row.name, setting_name(row), row.seconds or 0.0, row.error or 0.0, row.pareto)
         for i, row in rows.items()
@@ -156,7 +155,6 @@ class TradeoffController(QObject):
         self._subject = _NO_SUBJECT  # what is shown: of this project this task, for this coder
         self.measured: Measured | None = None
         self.progress: Progress | None = None
-        self.running = self.reading = False
         self.edits = 0  # since what is shown was measured
         self.trouble = ""
         self._measured_for = ""  # the coder who asked for the measurement under way
@@ -171,8 +169,15 @@ class TradeoffController(QObject):
         trainer.changed.connect(self._follow)
 
     @property
+    def running(self) -> bool:
+        return self._jobs.awaits(MEASURING)
+
+    @property
+    def reading(self) -> bool:
+        return self._jobs.awaits(READING)
+
+    @property
     def task(self) -> str:
-        """The task that is measured."""
         return self.trainer.task
 
     @property
@@ -217,7 +222,7 @@ class TradeoffController(QObject):
         project = self.document.project
         if self.running or project is None or not self.trainer.ready:
             return
-        self.running, self.progress, self.trouble = True, None, ""
+        self.progress, self.trouble = None, ""
         self._measured_for = self.document.author
         self._jobs.run(
             measure_task(project.path, self.task, self.author, self.trainer.settings),
@@ -262,7 +267,6 @@ class TradeoffController(QObject):
 
     def show_measured(self, measured: Measured | None) -> None:
         """Show a measurement, or that there is none."""
-        self.reading = False
         self.measured = measured
         self._count_edits()
         self.changed.emit()
@@ -277,7 +281,7 @@ class TradeoffController(QObject):
         subject = (path, self.task, self.document.author)
         if subject != self._subject:
             self._jobs.cancel(READING)
-            self.measured, self._replaced, self.trouble, self.reading = None, [], "", False
+            self.measured, self._replaced, self.trouble = None, [], ""
             self._subject = subject if self._visible else _NO_SUBJECT
             if self._visible:
                 self._read()
@@ -290,15 +294,12 @@ class TradeoffController(QObject):
             self.changed.emit()
 
     def _read(self) -> None:
-        """Show the latest measurement."""
         path, task, viewer = self._subject
         if path is not None and self.trainer.ready:
-            self.reading = True
             job = read_latest(path, task, viewer)
             self._jobs.run(job, self.show_measured, self._failed_to_read, key=READING)
 
     def _failed_to_read(self, error: Exception) -> None:
-        self.reading = False
         if isinstance(error, ForcelabError):
             self.trouble = str(error)
         self.changed.emit()
@@ -325,7 +326,7 @@ class TradeoffController(QObject):
         self._ended()
 
     def _ended(self) -> None:
-        self.running, self.progress = False, None
+        self.progress = None
         self.changed.emit()
 
     def _tracks_changed(self) -> None:
@@ -333,7 +334,6 @@ class TradeoffController(QObject):
             self._count_later.start()
 
     def _count_edits(self) -> None:
-        """Count the edits since what is shown was measured."""
         project, measured = self.document.project, self.measured
         if project is None or measured is None:
             return
@@ -452,7 +452,6 @@ class TradeoffView(QWidget):
         self.refresh()
 
     def _measurement_row(self) -> QWidget:
-        """Measures, and says when that was done last."""
         controller = self.controller
         self.measure = _button("Measure", "Measure recognition of this task", controller.measure)
         self.measure.setToolTip(
@@ -472,7 +471,6 @@ class TradeoffView(QWidget):
         return _row(self.measure, self.progress, self.cancel, self.state, self.undo, self.save)
 
     def _axes_row(self) -> QWidget:
-        """Chooses what is drawn."""
         self.error, self.time = ElidedComboBox(), ElidedComboBox()
         for box, name, quantities in ((self.error, "Error", ERRORS), (self.time, "Time", TIMES)):
             box.set_name(name)
@@ -502,8 +500,7 @@ class TradeoffView(QWidget):
         self._drawn = drawn_rows(measured.rows, error, time)
         self.save.setVisible(bool(self._drawn))
         self.plot.show_points(points_of(self._drawn), current, error.title, time.title)
-        with QSignalBlocker(self.table.selectionModel()):
-            self._model.show(COLUMNS, [self._table_row(i) for i in range(len(measured.rows))])
+        self._model.show(COLUMNS, [self._table_row(i) for i in range(len(measured.rows))])
         self.table.fit_columns()
         self._widest_setting = self.table.horizontalHeader().sectionSize(SETTING)
         self._fit_settings()
@@ -520,7 +517,6 @@ class TradeoffView(QWidget):
         self._split.setSizes([1000 * share for share in SHARES])
 
     def ask_save(self) -> None:
-        """Ask for a file, and save the plot in it."""
         path = ask_picture(self, "Save accuracy and speed", "tradeoff.svg")
         if path is not None:
             self.save_picture(path)
@@ -578,7 +574,6 @@ class TradeoffView(QWidget):
         return long, f"{when} · {since}"
 
     def _missing(self) -> str:
-        """What is missing before there is anything to show."""
         controller, task = self.controller, task_text(self.controller.task)
         if controller.labelled < 2:
             return (

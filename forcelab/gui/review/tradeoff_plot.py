@@ -59,12 +59,9 @@ class TradeoffPlot(Plot):
         self.points: tuple[Point, ...] = ()
         self.current: int | None = None
         self.highlighted: int | None = None
-        self._names: dict[int, QRectF] | None = None
         self.setAccessibleName("Error against run time")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        for moved in (self.box.sigRangeChanged, self.box.sigResized):
-            moved.connect(self._forget_names)
 
     def sizeHint(self) -> QSize:
         """Enough for most names."""
@@ -80,7 +77,7 @@ class TradeoffPlot(Plot):
         """Draw other points; `current` is the row in use, the texts name the axes."""
         if [point[3:5] for point in points] != [point[3:5] for point in self.points]:
             self.zoomed = False
-        self.points, self.current, self._names = tuple(points), current, None
+        self.points, self.current = tuple(points), current
         self.bottom.setLabel(time)
         self.left.setLabel(error)
         if self.highlighted not in [point.row for point in points]:
@@ -112,23 +109,22 @@ class TradeoffPlot(Plot):
     @property
     def names(self) -> dict[int, QRectF]:
         """Where there is room for names; the row in use, the front and presets get it first."""
-        if self._names is None:
-            self._names, spots = {}, self.spots
-            radii = {row: RING if row == self.current else MARK for row in spots}
-            taken = [
-                QRectF(spot.x() - radii[row], spot.y() - radii[row], 2 * radii[row], 2 * radii[row])
-                for row, spot in spots.items()
-            ]
-            taken += place_along([spots[point.row] for point in self._front])
-            for p in sorted(
-                self.points, key=lambda p: (p.row != self.current, not p.front, p.kind != "preset")
-            ):
-                spot, radius = spots[p.row], radii[p.row]
-                if self.area.contains(spot):
-                    place = free_place(spot, p.text, _font(p), self.area, radius, taken)
-                    if place is not None:
-                        self._names[p.row] = place
-        return self._names
+        names, spots = dict[int, QRectF](), self.spots
+        radii = {row: RING if row == self.current else MARK for row in spots}
+        taken = [
+            QRectF(spot.x() - radii[row], spot.y() - radii[row], 2 * radii[row], 2 * radii[row])
+            for row, spot in spots.items()
+        ]
+        taken += place_along([spots[point.row] for point in self._front])
+        for p in sorted(
+            self.points, key=lambda p: (p.row != self.current, not p.front, p.kind != "preset")
+        ):
+            spot, radius = spots[p.row], radii[p.row]
+            if self.area.contains(spot):
+                place = free_place(spot, p.text, _font(p), self.area, radius, taken)
+                if place is not None:
+                    names[p.row] = place
+        return names
 
     @property
     def _front(self) -> list[Point]:
@@ -156,10 +152,10 @@ class TradeoffPlot(Plot):
         self.update()
 
     def paint_foreground(self, painter: QPainter) -> None:
-        theme = colours()
+        theme, names = colours(), self.names
         for point in self.points:
-            if point.row in self.names:
-                place, face = self.names[point.row], _font(point)
+            if point.row in names:
+                place, face = names[point.row], _font(point)
                 strong = point.front or point.row in (self.current, self.highlighted)
                 ink, y = QColor(theme.text if strong else theme.muted), place.center().y()
                 text.draw_text(painter, place.left(), y, point.text, face=face, ink=ink)
@@ -175,9 +171,6 @@ class TradeoffPlot(Plot):
     def _places(self, points: Sequence[Point]) -> tuple[object, object]:
         seconds = np.array([point.seconds for point in points])
         return self.bottom.places(seconds), np.array([point.error for point in points])
-
-    def _forget_names(self, *_: object) -> None:
-        self._names = None
 
     # Pointer and keys
 
@@ -229,7 +222,6 @@ class TradeoffPlot(Plot):
         return next((row for row, name in self.names.items() if name.contains(position)), None)
 
     def _highlight(self, row: int) -> None:
-        """Highlight a row and emit it."""
         if row != self.highlighted:
             self.highlight(row)
             self.highlight_changed.emit(row)

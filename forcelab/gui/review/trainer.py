@@ -17,10 +17,11 @@ from forcelab.errors import ForcelabError, InputError
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review import training_preferences
-from forcelab.gui.review.training_backend import Backend, SettingsAndChoice, freshness_text
-from forcelab.gui.review.training_preferences import PRESET
+from forcelab.gui.review.training_backend import Backend, SettingsAndChoice
+from forcelab.gui.review.training_preferences import PRESET, TrainingChoice
 from forcelab.labels import Segments, is_model
 from forcelab.recognition.groups import default_fold_count
+from forcelab.text import counted
 
 if TYPE_CHECKING:
     from forcelab.project import Project, RunSummary
@@ -117,7 +118,6 @@ class AutomaticRuns:
 
     @property
     def must_wait(self) -> bool:
-        """Whether no automatic training may begin yet."""
         return monotonic() < self._until
 
     def begin(self) -> None:
@@ -242,10 +242,7 @@ class Trainer(QObject):
         super().__init__(parent)
         training_preferences.name_own_code()
         self.document = document
-        self._path: Path | None = None
-        self._reset_task()
         self.jobs = jobs
-        self.runs: tuple[RunSummary, ...] = ()
         self._backend = backend or Backend()
         document.listing_changed.connect(self._listing_changed)
         self._counter = EditCounter(document, self._backend.count_edits, self)
@@ -254,19 +251,25 @@ class Trainer(QObject):
         self.pause = QTimer(self, singleShot=True, interval=QUIET_TIME)
         self.pause.timeout.connect(self._train_automatically)
         self._automatic_runs = AutomaticRuns(document)
-        self._forget()
         PRESET.changed.connect(self._preset_changed)
         document.project_changed.connect(self._project_changed)
         document.demonstration_changed.connect(self._demonstration_changed)
         self._project_changed()
 
-    def _reset_task(self) -> None:
-        self.task = ""
-        self.trouble = ""
+    def _forget(self) -> None:
+        self._path: Path | None = None
+        self.task = self.trouble = ""
         self._settings: Settings | None = None
-        self._choice: DataSelection | None = None
+        self._choice: TrainingChoice | None = None
         self._author: tuple[tuple[object, ...], str | None] | None = None
         self._other_coders: tuple[tuple[object, ...], dict[str, int]] | None = None
+        self.document.review.set_training(False)
+        self.step: TrainingStep | None = None
+        self.step_history: list[TrainingStep] = []
+        self.automatic = False
+        self.runs: tuple[RunSummary, ...] = ()
+        self._training_automatically = False
+        self._automatic_runs.forget()
 
     @property
     def ready(self) -> bool:
@@ -279,15 +282,16 @@ class Trainer(QObject):
     @property
     def settings(self) -> Settings:
         if self._settings is None:
-            self._settings = training_preferences.recall_settings(self._path or Path(), self.task)
+            values = training_preferences.recall_values(self._path or Path(), self.task)
+            self._settings = training_preferences.settings_of(values, self.task)
         return self._settings
 
     @property
-    def choice(self) -> DataSelection:
+    def choice(self) -> TrainingChoice:
         """What a recogniser is trained on; without an author, the coder's own labels come first."""
-        if self._choice is None:
-            self._choice = training_preferences.recall_choice(self._path or Path(), self.task)
-        return self._choice
+        if self._choice is not None:
+            return self._choice
+        return training_preferences.recall_choice(self._path or Path(), self.task)
 
     @property
     def preset_used(self) -> tuple[str, bool]:
@@ -295,37 +299,22 @@ class Trainer(QObject):
         return training_preferences.recall_preset(self._path or Path(), self.task)
 
     @property
-    def classifier(self) -> str:
-        if self._settings is not None:
-            return self._settings.classifier
-        values = training_preferences.recall_values(self._path or Path(), self.task)
-        if values is None and PRESET.value != PRESET.default:
-            return self.settings.classifier
-        return str((values or {}).get("classifier", training_preferences.DEFAULT_CLASSIFIER))
-
-    @property
-    def chosen(self) -> tuple[tuple[str, ...], str | None, bool]:
-        """The tasks trained on, the one tested on, and whether actions stay apart."""
-        tasks, test, _, apart, _, _ = self._parts
-        return tasks, test, apart
-
-    @property
     def author(self) -> str | None:
         """Whose labels are trained on; None where nothing is labelled."""
-        tasks, test, author, _, _, _ = self._parts
-        if author:
-            return author
+        choice, document = self.choice, self.document
+        if choice.author:
+            return choice.author
         # Asked for several times an edit, over hundreds of demonstrations.
-        document = self.document
-        state = document.infos, document.id, document.editor.segments, document.author, tasks, test
+        tasks = {*choice.tasks, choice.test_task}
+        state = document.infos, document.id, document.editor.segments, document.author, tasks
         if self._author is None or self._author[0] != state:
-            self._author = state, default_author(document, {*tasks, test})
+            self._author = state, default_author(document, tasks)
         return self._author[1]
 
     @property
     def also_from(self) -> str | None:
         """The other coder whose labels are learnt from, as long as there are any to add."""
-        also = self._parts[-1]
+        also = self.choice.also_from
         return also if also in self.other_coders else None
 
     @property
@@ -334,8 +323,8 @@ class Trainer(QObject):
 
         None where another task is tested; labels that the coder must not see yet do not count.
         """
-        document, author = self.document, self.author
-        tasks, test, _ = self.chosen
+        document, author, choice = self.document, self.author, self.choice
+        tasks, test = choice.tasks, choice.test_task
         state = document.infos, document.author, author, tasks, test
         if self._other_coders is None or self._other_coders[0] != state:
             blind = set()
@@ -373,38 +362,23 @@ class Trainer(QObject):
             return False
         return run.settings != self.settings or run.also_from != (self.also_from or "")
 
-    @property
-    def _parts(
-        self,
-    ) -> tuple[tuple[str, ...], str | None, str | None, bool, int | None, str | None]:
-        """The choice as plain values; to build it loads much."""
-        choice = self._choice
-        if choice is None:
-            return training_preferences.recall_choice_values(self._path or Path(), self.task)
-        return (
-            choice.tasks,
-            choice.test_task,
-            choice.author,
-            choice.apart,
-            choice.folds,
-            choice.also_from,
-        )
-
     def set_settings(self, settings: Settings) -> None:
         self._settings = settings
-        self._keep(settings)
+        if self._path is not None:
+            training_preferences.remember_settings(self._path, self.task, settings)
+        self._chosen()
 
-    def set_choice(self, choice: DataSelection) -> None:
+    def set_choice(self, choice: TrainingChoice) -> None:
         self._choice = choice
-        self._keep(choice)
+        if self._path is not None:
+            training_preferences.remember_choice(self._path, self.task, choice)
+        self._chosen()
 
     def set_also_from(self, coder: str | None) -> None:
         """Learn from another coder's labels as well, or from no other's."""
         self.set_choice(replace(self.choice, also_from=coder))
 
-    def _keep(self, value: Settings | DataSelection | bool) -> None:
-        if self._path is not None:
-            training_preferences.remember(self._path, self.task, value)
+    def _chosen(self) -> None:
         self.trouble = ""
         self.changed.emit()
 
@@ -436,33 +410,24 @@ class Trainer(QObject):
         assert self._path is not None
         task, settings = self.task, self._settings
         values = training_preferences.recall_values(self._path, task)
-        tasks, test, author, apart, folds, _ = self._parts
-        also = self.also_from
-        if author is None:
-            author = self.author
-            self._report_author(author)
-        if folds is None and test is None:
-            folds = default_folds(self.document, tasks, author)
+        choice = replace(self.choice, author=self.author, also_from=self.also_from)
+        coder = self.document.author
+        if self.choice.author is None and choice.author not in (None, coder):
+            self.document.show_message(
+                f"{coder} has labelled fewer than {OWN_MINIMUM} demonstrations of this; training "
+                f"on the labels of {choice.author}."
+            )
+        if choice.folds is None and choice.test_task is None:
+            folds = default_folds(self.document, choice.tasks, choice.author)
+            choice = replace(choice, folds=folds)
 
         def build() -> tuple[Settings, DataSelection]:
-            from forcelab.recognition.dataset import DataSelection
-
             used = training_preferences.settings_of(values, task) if settings is None else settings
-            return used, DataSelection(tasks, test, author, apart, folds=folds, also_from=also)
+            return used, choice.selection()
 
         return build
 
-    def _report_author(self, author: str | None) -> None:
-        """Say that another coder's labels are taken."""
-        coder = self.document.author
-        if author is not None and author != coder:
-            self.document.show_message(
-                f"{coder} has labelled fewer than {OWN_MINIMUM} demonstrations of this; training "
-                f"on the labels of {author}."
-            )
-
     def show_run(self, number: int) -> None:
-        """Review another run of the project."""
         if self._path is not None:
             work = self._backend.load(self._path, number)
             self.jobs.run(work, self._take, self._failed_to_load, key=LOADING_RUN)
@@ -546,16 +511,6 @@ class Trainer(QObject):
         self.document.review.set_run(None)
         self._failed_to_load(error)
 
-    def _forget(self) -> None:
-        self._reset_task()
-        self.document.review.set_training(False)
-        self.step: TrainingStep | None = None
-        self.step_history: list[TrainingStep] = []
-        self.automatic = False
-        self.runs = ()
-        self._training_automatically = False
-        self._automatic_runs.forget()
-
     # How it stands
 
     @property
@@ -593,12 +548,20 @@ class Trainer(QObject):
     @property
     def freshness(self) -> tuple[str, str]:
         """How up to date the reviewed run is, at length and in short."""
-        return freshness_text(
-            self.edits,
-            self.reviewed_author,
-            has_recogniser=self.has_recogniser,
-            resettled=self.settings_changed,
-        )
+        edits, coder, kept = self.edits, self.reviewed_author, self.has_recogniser
+        if edits is None:
+            return "not trained yet", ""
+        if coder:  # while the next training takes another's labels
+            return f"trained on the labels of {coder}", f"trained on {coder}"
+        if edits:
+            changes = f"{counted(edits, 'change')} since"
+            return f"{changes} {'training' if kept else 'this run'}", changes
+        if not kept:
+            age = "other settings" if self.settings_changed else "up to date"
+            return f"{age}, no recogniser kept", "no recogniser kept"
+        if self.settings_changed:
+            return "trained with other settings", "other settings"
+        return "up to date", ""
 
     @property
     def _outdated(self) -> bool:
@@ -610,7 +573,9 @@ class Trainer(QObject):
         if automatic == self.automatic:
             return
         self.automatic = automatic
-        self._keep(automatic)
+        if self._path is not None:
+            training_preferences.remember_automatic(self._path, automatic)
+        self._chosen()
         if automatic and self.edits:
             self.pause.start()
         elif not automatic:
@@ -639,7 +604,7 @@ class Trainer(QObject):
         self.step, self.step_history, self.trouble = None, [], ""
         self._automatic_runs.begin()
         self.document.review.set_training(True)
-        name = " + ".join(task or "no task" for task in self.chosen[0])
+        name = " + ".join(task or "no task" for task in self.choice.tasks)
         self.jobs.run(
             self._backend.train(self._path, self._builder(), name, self.step_history),
             self._trained,

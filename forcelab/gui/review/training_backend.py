@@ -7,7 +7,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from forcelab.text import counted, duration_text
+from forcelab.text import duration_text
 
 if TYPE_CHECKING:
     from forcelab.project import Project, RunSummary
@@ -51,7 +51,6 @@ class Backend:
         return (yield from self.load(path, number))
 
     def load(self, path: Path, number: int) -> Generator[object, None, RunResult]:
-        """Read what a run found."""
         from forcelab.project import Project
         from forcelab.review.run_result import load_run
 
@@ -80,30 +79,6 @@ class Backend:
         from forcelab.review.run_result import edits_since
 
         return edits_since(project, run)
-
-
-def freshness_text(
-    edits: int | None, coder: str = "", *, has_recogniser: bool = True, resettled: bool = False
-) -> tuple[str, str]:
-    """How up to date the reviewed run is, at length and in short.
-
-    `edits` counts edits and new demonstrations since; `coder` is whose labels it was trained on
-    where the next training takes another's, `resettled` whether that takes other settings,
-    `has_recogniser` whether there is one (an evaluation leaves none).
-    """
-    if edits is None:
-        return "not trained yet", ""
-    if coder:
-        return f"trained on the labels of {coder}", f"trained on {coder}"
-    if edits:
-        changes = f"{counted(edits, 'change')} since"
-        return f"{changes} {'training' if has_recogniser else 'this run'}", changes
-    if has_recogniser:
-        return (
-            ("trained with other settings", "other settings") if resettled else ("up to date", "")
-        )
-    age = "other settings" if resettled else "up to date"
-    return f"{age}, no recogniser kept", "no recogniser kept"
 
 
 def run_text(run: RunSummary) -> str:

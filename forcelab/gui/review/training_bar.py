@@ -190,8 +190,6 @@ ROOMY_WIDTH = 1200
 class TrainingBar(QWidget):
     """One row; what has no room in it is found in the menu at its end."""
 
-    compare_requested = Signal()
-
     def __init__(self, document: Document, trainer: Trainer) -> None:
         super().__init__()
         self.document, self.trainer = document, trainer
@@ -231,7 +229,6 @@ class TrainingBar(QWidget):
         document.project_changed.connect(self.refresh)
         document.tracks_changed.connect(self._show_labels)
         keys().changed.connect(self._name_keys)
-        self._name_keys()
         self._count_runs()
         self.refresh()
 
@@ -266,7 +263,7 @@ class TrainingBar(QWidget):
         self.runs = RunComboBox(self.document, self.trainer)
         self.compare = QPushButton("Compare…")
         self.compare.setAccessibleName("Compare two runs")
-        self.compare.clicked.connect(self.compare_requested)
+        self.compare.clicked.connect(self.open_comparison)
         self.overflow_button = QToolButton()
         self.overflow_button.setIcon(icon("more"))
         self.overflow_button.setToolTip("More")
@@ -323,35 +320,26 @@ class TrainingBar(QWidget):
         self.automatic.blockSignals(True)
         self.automatic.setChecked(trainer.automatic)
         self.automatic.blockSignals(False)
-        set_enabled_with_reason(self.train, self._why_not_trainable(training=trainer.training))
-        self._show_labels()
+        set_enabled_with_reason(self.train, RUNNING if trainer.training else trainer.obstacle)
         self._show_preset()
         self._show_progress()
         self.trouble.setText(trainer.trouble)
         self.trouble_row.setVisible(bool(trainer.trouble))
-        self._fit()
+        self._show_labels()
         if had_focus and QApplication.focusWidget() is not now:  # which is hidden from now on
             (self.cancel if trainer.training else self.train).setFocus()
-
-    def _why_not_trainable(self, *, training: bool = False) -> str:
-        """Why nothing can be trained now; empty where it can."""
-        return RUNNING if training else self.trainer.obstacle
 
     def _show_labels(self) -> None:
         """Name the coder whose labels are trained on, and how old the run is."""
         trainer = self.trainer
-        before = self.author.text, self.freshness.text
         self.author.show_coder(trainer.author if trainer.ready else None)
         others = trainer.other_coders if trainer.ready else {}
         if (others, trainer.also_from) != self._others:
             self._others = others, trainer.also_from
             self.also.refresh()
-            self._fit()
-        stands = trainer.freshness
-        self.freshness.set_text(*stands)
-        if (self.author.text, self.freshness.text) != before:
-            self._name_keys()
-            self._fit()
+        self.freshness.set_text(*trainer.freshness)
+        self._name_keys()
+        self._fit()
 
     def _show_preset(self) -> None:
         """Name the preset on the button that changes it."""
@@ -361,7 +349,7 @@ class TrainingBar(QWidget):
             name = f"Settings: {preset}, changed…" if changed else f"Settings: {preset}…"
         self.settings.setText(name)
         self.settings.setAccessibleName(name)
-        set_enabled_with_reason(self.settings, self._why_not_trainable())
+        set_enabled_with_reason(self.settings, self.trainer.obstacle)
 
     def _show_progress(self) -> None:
         step, training = self.trainer.step, self.trainer.training
@@ -410,7 +398,6 @@ class TrainingBar(QWidget):
         self.overflow_button.setVisible(len(shown) < len(optional))
 
     def _fill_menu(self) -> None:
-        """Offer what has no room in the row."""
         for submenu in self._menu.findChildren(QMenu):  # which clear() would leave
             submenu.deleteLater()
         self._menu.clear()
@@ -438,7 +425,7 @@ class TrainingBar(QWidget):
                     lambda _checked=False, number=run.id: self.trainer.show_run(number)
                 )
         if self.compare.isHidden():
-            self._menu.addAction("Compare two runs…", self.compare_requested.emit)
+            self._menu.addAction("Compare two runs…", self.open_comparison)
 
     def _count_runs(self) -> None:
         few = "Train again with other settings or labels to compare two runs."
@@ -458,6 +445,13 @@ class TrainingBar(QWidget):
             from forcelab.gui.review.settings_dialog import change_settings  # loads much
 
             change_settings(self.trainer, self.window(), field)
+
+    def open_comparison(self) -> None:
+        from forcelab.gui.review.comparison_dialog import ComparisonDialog
+
+        dialog = ComparisonDialog(self.document, self.trainer.jobs, self)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.open()
 
 
 def _width_needed(widget: QWidget) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -47,8 +47,6 @@ PRESET = choice(
     "explained.",
     {name: name for name in PRESET_TEXTS},
 )
-#: The classifier of its default, written out: to look presets up loads much.
-DEFAULT_CLASSIFIER = "trees-mlp"
 #: It belongs to a project; see `recall_automatic`.
 AUTOMATIC = SettingField(
     "automatic",
@@ -56,6 +54,26 @@ AUTOMATIC = SettingField(
     "Train automatically",
     "This project is trained again five seconds after the last edit.",
 )
+
+
+@dataclass(frozen=True)
+class TrainingChoice:
+    """What a task's recogniser learns from, and how it is tested.
+
+    As of :class:`~forcelab.recognition.dataset.DataSelection`, which loads much.
+    """
+
+    tasks: tuple[str, ...]
+    test_task: str | None = None
+    author: str | None = None
+    apart: bool = False
+    folds: int | None = None
+    also_from: str | None = None
+
+    def selection(self) -> DataSelection:
+        from forcelab.recognition.dataset import DataSelection
+
+        return DataSelection(**asdict(self))
 
 
 #: Code of one's own, by its kind.
@@ -92,13 +110,8 @@ def own_code_trouble(kind: plugins.Kind) -> str:
     return ""
 
 
-def recall_settings(project: Path, task: str) -> Settings:
-    """The settings a task was last trained with; at first those of `PRESET`."""
-    return settings_of(recall_values(project, task), task)
-
-
 def recall_values(project: Path, task: str) -> dict[str, Any] | None:
-    """The same as plain values, or None where nothing was ever changed; loads next to nothing."""
+    """The settings of a task as plain values, which load next to nothing; None without any."""
     return _recall_json(project, task, "settings")
 
 
@@ -121,21 +134,8 @@ def recall_preset(project: Path, task: str) -> tuple[str, bool]:
     return name, settings.flag(_task_key(project, task, "changed"))
 
 
-def recall_choice(project: Path, task: str) -> DataSelection:
+def recall_choice(project: Path, task: str) -> TrainingChoice:
     """What was trained on for a task; at first the task by itself."""
-    from forcelab.recognition.dataset import DataSelection
-
-    tasks, test, author, apart, folds, also = recall_choice_values(project, task)
-    return DataSelection(tasks, test, author, apart, folds=folds, also_from=also)
-
-
-def recall_choice_values(
-    project: Path, task: str
-) -> tuple[tuple[str, ...], str | None, str | None, bool, int | None, str | None]:
-    """Tasks, the one tested on, author, whether actions stay apart, groups, and the other coder.
-
-    The parts of a :class:`~forcelab.recognition.dataset.DataSelection`, without loading that.
-    """
     values = _recall_json(project, task, "choice") or {}
     try:
         tasks = tuple(str(name) for name in values["tasks"])
@@ -146,33 +146,31 @@ def recall_choice_values(
         if sound:
             folds = values.get("folds")
             valid = isinstance(folds, int) and (folds == 0 or folds > 1)
-            return tasks, test, author, values["apart"] is True, folds if valid else None, also
+            apart, folds = values["apart"] is True, folds if valid else None
+            return TrainingChoice(tasks, test, author, apart, folds, also)
     except (KeyError, TypeError):
         pass  # never remembered, or broken: the task by itself will do
-    return (task,), None, None, False, None, None
+    return TrainingChoice((task,))
 
 
 def recall_automatic(project: Path) -> bool:
-    """Whether a project is trained automatically."""
     return settings.flag(f"{_project_section(project)}/automatic")
 
 
-def remember(project: Path, task: str, preference: Settings | DataSelection | bool) -> None:
-    """Store settings or choice of a task, or whether the project is trained automatically."""
-    if isinstance(preference, bool):
-        settings.store(f"{_project_section(project)}/automatic", preference)
-        return
-    from forcelab.recognition.presets import PRESETS
-    from forcelab.recognition.settings import Settings
+def remember_automatic(project: Path, automatic: bool) -> None:
+    settings.store(f"{_project_section(project)}/automatic", automatic)
 
-    if isinstance(preference, Settings):
-        settings.store(_task_key(project, task, "settings"), json.dumps(preference.to_json()))
-        settings.store(_task_key(project, task, "preset"), preference.preset)
-        settings.store(
-            _task_key(project, task, "changed"), preference != PRESETS.get(preference.preset)
-        )
-    else:
-        settings.store(_task_key(project, task, "choice"), json.dumps(asdict(preference)))
+
+def remember_choice(project: Path, task: str, training: TrainingChoice) -> None:
+    settings.store(_task_key(project, task, "choice"), json.dumps(asdict(training)))
+
+
+def remember_settings(project: Path, task: str, used: Settings) -> None:
+    from forcelab.recognition.presets import PRESETS
+
+    settings.store(_task_key(project, task, "settings"), json.dumps(used.to_json()))
+    settings.store(_task_key(project, task, "preset"), used.preset)
+    settings.store(_task_key(project, task, "changed"), used != PRESETS.get(used.preset))
 
 
 def _recall_json(project: Path, task: str, name: str) -> dict[str, Any] | None:

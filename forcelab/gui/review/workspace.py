@@ -99,7 +99,6 @@ class ReviewWorkspace(QWidget):
         )
         column = page_layout(self, self.bar, self._sides, self.hint, growing=self._sides)
         column.setStretch(2, 1)
-        self.bar.compare_requested.connect(self._compare)
         document.demonstration_changed.connect(self._demonstration_changed)
         document.listing_changed.connect(self._listing_changed)
         document.review.run_changed.connect(self._run_changed)
@@ -225,13 +224,6 @@ class ReviewWorkspace(QWidget):
     def _splitters(self) -> dict[str, QSplitter]:
         """The splitters by the name they are remembered under."""
         return {"left": self._left, "right": self._right, "whole": self._sides}
-
-    def _compare(self) -> None:
-        from forcelab.gui.review.comparison_dialog import ComparisonDialog
-
-        dialog = ComparisonDialog(self.document, self._jobs, self)
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.open()
 
     def _demonstration_changed(self) -> None:
         """Give the video room only where there is one."""

@@ -5,12 +5,12 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from forcelab.capture.emulator import VirtualOptoForce
 from forcelab.gui.capture.controller import CaptureState
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.window import Window
 from forcelab.project import Project
 from forcelab.vocabulary import Vocabulary
+from tests.capture.virtual_devices import VirtualOptoForce
 
 
 def source(times):

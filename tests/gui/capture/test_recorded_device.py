@@ -9,7 +9,7 @@ from window_helpers import answer_dialog
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui import settings
 from forcelab.gui.capture.controller import CaptureState
-from forcelab.gui.capture.recorded_device import RecordedDeviceDialog
+from forcelab.gui.capture.device_list import RecordedDeviceDialog
 from forcelab.project import Project
 
 CHANNELS = (Channel("fx1", "N"), Channel("fy1", "N"), Channel("fz1", "N"))

@@ -3,7 +3,6 @@ import pytest
 from PySide6.QtGui import QColor
 from window_helpers import pixels
 
-from forcelab.errors import InputError
 from forcelab.gui.figures.axes import CURVE_COLOURS
 from forcelab.gui.figures.clusters import ClusterFigure, cluster_figure
 
@@ -36,15 +35,6 @@ def test_bar_and_signal_have_the_colour_of_the_cluster_at_each_time(row, time):
 def test_a_signal_that_never_changes_is_drawn():
     drawn = figure(signal=np.zeros(len(TIMES)))
     assert (pixels(drawn.image()) != 255).any()
-
-
-def test_lengths_that_disagree_and_clusters_without_a_colour_are_refused():
-    with pytest.raises(InputError, match="values"):
-        figure(codes=CODES[:-1])
-    with pytest.raises(InputError, match="values"):
-        ClusterFigure("Clusters", TIMES, SIGNAL, ())
-    with pytest.raises(InputError, match="'Morlet'"):
-        figure(codes=CODES + 1)
 
 
 def test_in_the_figure_of_the_paper_only_the_first_row_tells_rising_from_falling():

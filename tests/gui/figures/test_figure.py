@@ -36,7 +36,9 @@ def timelines(name="stylus 1", action="grab", title="Stylus"):
 
 
 def confusion(name="grab", title="Foam"):
-    return ConfusionMatrix(title, (name, "hold", "release"), [[9, 1, 0, 0], [0] * 4, [3, 0, 3, 3]])
+    return ConfusionMatrix(
+        title, (name, "hold", "release"), np.array([[9, 1, 0, 0], [0] * 4, [3, 0, 3, 3]])
+    )
 
 
 def wavelets(name="p = 5", title="Wavelets"):
@@ -226,10 +228,11 @@ def test_what_was_there_before_is_untouched_when_the_disk_is_full(tmp_path, monk
 
 DRAW = """
 from forcelab.errors import InputError
+import numpy as np
 from pathlib import Path
 from forcelab.gui.figures.confusion import ConfusionMatrix
 try:
-    ConfusionMatrix("t", ("a",), [[1, 0]]).save(Path("f.png"))
+    ConfusionMatrix("t", ("a",), np.array([[1, 0]])).save(Path("f.png"))
 except InputError as error:
     print(error)
 """

@@ -5,7 +5,6 @@ import pytest
 from PySide6.QtGui import QColor
 from window_helpers import pixels
 
-from forcelab.errors import InputError
 from forcelab.gui.figures.colormap import colormap_colour
 from forcelab.gui.figures.wavelets import WaveletFigure, WaveletView, wavelet_figure
 
@@ -58,15 +57,6 @@ def test_a_signal_and_magnitudes_of_nothing_are_drawn():
     box = drawn.box(0)
     middle = pixels(drawn.image())[round(box.center().y() * 2), round(box.center().x() * 2)]
     assert tuple(middle) == colormap_colour(0.0).getRgb()[:3]
-
-
-def test_arrays_that_do_not_fit_are_told_by_name():
-    with pytest.raises(InputError, match="'p = 5'"):
-        WaveletFigure("W", (view(np.zeros((9, 7))),), TIMES, SIGNAL)
-    with pytest.raises(InputError, match="999 values"):
-        WaveletFigure("W", (view(),), TIMES, SIGNAL[:-1])
-    with pytest.raises(InputError, match="0 wavelets"):
-        WaveletFigure("W", (), TIMES, SIGNAL)
 
 
 def test_the_figure_of_the_paper_has_a_column_for_each_p():

@@ -16,7 +16,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.figures.tracks import opacity
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review import pairs_list
-from forcelab.gui.review.pairs import PairsView
+from forcelab.gui.review.pairs import TRACKS_JOB, PairsView
 from forcelab.gui.review.pairs_list import hit_tooltip
 from forcelab.gui.review.reviewed_run import with_keys
 from forcelab.label_map import MergeMap
@@ -107,7 +107,7 @@ def shown(app, study, until):
             top = area.verticalScrollBar().value()
             rows = layout.visible(top, top + area.viewport().height())
             known = all(area.pictures.known(area.entries[row].id) is not None for row in rows)
-            return known and not jobs.busy and not area._ahead.isActive()
+            return known and not jobs.awaits(TRACKS_JOB)
 
         until(done)
         QTest.qWait(1)
@@ -600,6 +600,13 @@ def test_a_row_that_was_skipped_is_painted_wholly_though_a_part_of_it_is_seen_fi
     area._painted(2)  # as an event does that shows a part of it
     until(lambda: any(part.contains(row) for part in events.regions))
     area.viewport().removeEventFilter(events)
+
+
+def test_a_row_that_waits_to_be_painted_leaves_those_below_it(shown, monkeypatch):
+    view = shown()
+    monkeypatch.setattr(pairs_list, "PAINT_BUDGET", -1.0)
+    view.area.pictures.drop(view.area.entries[0].id)
+    assert np.abs(colour(view, 1, 2.4) - rgb(VOCABULARY["grab"].colour)).max() <= 3
 
 
 def test_the_open_demonstration_is_in_view_whoever_opened_it(shown, study):

@@ -8,8 +8,8 @@ from PySide6.QtWidgets import QApplication, QLineEdit
 from window_helpers import open_training_document
 
 from forcelab.gui.review.settings_dialog import SettingsDialog, TrainingFacts, training_facts
+from forcelab.gui.review.training_preferences import TrainingChoice
 from forcelab.label_map import MergeMap
-from forcelab.recognition.dataset import DataSelection
 from forcelab.recognition.presets import PRESETS, preset
 from forcelab.recognition.settings import Settings
 
@@ -227,25 +227,34 @@ def test_a_merge_is_written_by_mouse_and_keys(app, dialog, until):
 
 def test_the_demonstrations_say_what_there_is(app):
     with open_training_document() as document:
-        facts = training_facts(document, DataSelection(("foam", "stylus")))
+        facts = training_facts(document, TrainingChoice(("foam", "stylus")))
         assert facts.channels == ("tangential", "normal")
         assert facts.rate == pytest.approx(100.0)
         assert facts.labelled == pytest.approx(4 * 5.0)
         assert facts.spellings == {"grab", "hold"}
-        assert training_facts(document, DataSelection(("nothing",))).channels == ()
+        assert training_facts(document, TrainingChoice(("nothing",))).channels == ()
 
 
 def test_only_the_time_that_is_trained_on_is_counted(app):
     with open_training_document() as document:
         document.set_author("Root")
-        assert training_facts(document, DataSelection(("foam",))).labelled == pytest.approx(2 * 5.0)
+        foam = TrainingChoice(("foam",))
+        assert training_facts(document, foam).labelled == pytest.approx(2 * 5.0)
         for info in document.infos[:2]:
             document.open_demonstration(info.id)
             document.editor.paint(0, 3, "grab")
-        assert training_facts(document, DataSelection(("foam",))).labelled == pytest.approx(2 * 3.0)
+        assert training_facts(document, foam).labelled == pytest.approx(2 * 3.0)
         assert training_facts(
-            document, DataSelection(("foam",), author="Ann")
+            document, TrainingChoice(("foam",), author="Ann")
         ).labelled == pytest.approx(10.0)
+
+
+def test_of_two_scales_that_cannot_be_together_one_is_marked_though_both_are_new(facts):
+    dialog = SettingsDialog(preset("paper").replace(min_scale=64.0), facts)
+    for name, value in (("max_scale", 16.0), ("min_scale", 2000.0)):
+        dialog.form.editors[name].box.setValue(value)
+    marked = [name for name, label in dialog.form.troubles.items() if label.text()]
+    assert marked == ["min_scale"]
 
 
 @pytest.mark.parametrize(

@@ -19,10 +19,10 @@ from forcelab.gui.review import training_preferences
 from forcelab.gui.review.tab import TrainingIndicator
 from forcelab.gui.review.trainer import Trainer, default_author
 from forcelab.gui.review.training_bar import TrainingBar
+from forcelab.gui.review.training_preferences import TrainingChoice
 from forcelab.labels import Segment
 from forcelab.project import Project, Verdict
 from forcelab.recognition import groups
-from forcelab.recognition.dataset import DataSelection
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
 
@@ -58,9 +58,9 @@ def test_many_demonstrations_are_left_out_in_groups_unless_somebody_chose_otherw
     assert train_and_get_choice().folds == 0
     monkeypatch.setattr(groups, "MANY", 0)
     assert train_and_get_choice().folds == 10
-    trainer.set_choice(DataSelection(("foam",), folds=0))
+    trainer.set_choice(TrainingChoice(("foam",), folds=0))
     assert train_and_get_choice().folds == 0
-    trainer.set_choice(DataSelection(("foam",), folds=4))
+    trainer.set_choice(TrainingChoice(("foam",), folds=4))
     trainer._choice = None  # as after a restart
     assert trainer.choice.folds == 4
     assert train_and_get_choice().folds == 4
@@ -313,24 +313,24 @@ def test_where_all_that_was_tested_is_removed_nothing_is_reviewed(
 
 def test_each_task_has_its_own_settings_and_choice(trainer, document, work, until):
     trainer.set_settings(Settings(stride=10))
-    trainer.set_choice(DataSelection(("foam", "stylus"), apart=True))
+    trainer.set_choice(TrainingChoice(("foam", "stylus"), apart=True))
     stylus = next(info.id for info in document.infos if info.task == "stylus")
     document.open_demonstration(stylus)
     assert trainer.task == "stylus"
     assert trainer.settings == preset(training_preferences.PRESET.default)
-    assert trainer.choice == DataSelection(("stylus",))
+    assert trainer.choice == TrainingChoice(("stylus",))
     trainer.set_task("foam")
     assert trainer.settings == Settings(stride=10)
-    assert trainer.choice == DataSelection(("foam", "stylus"), apart=True)
+    assert trainer.choice == TrainingChoice(("foam", "stylus"), apart=True)
 
 
 def test_settings_and_choice_are_remembered_for_the_next_time(trainer, document, work, until):
     trainer.set_settings(Settings(stride=7, merge=Settings().merge))
-    trainer.set_choice(DataSelection(("foam",), "stylus", "Ann"))
+    trainer.set_choice(TrainingChoice(("foam",), "stylus", "Ann"))
     trainer.set_automatic(True)
     again = Trainer(document, trainer.jobs, backend=work)
     assert again.settings.stride == 7
-    assert again.choice == DataSelection(("foam",), "stylus", "Ann")
+    assert again.choice == TrainingChoice(("foam",), "stylus", "Ann")
     assert again.automatic
     trainer.set_automatic(False)
 
@@ -341,7 +341,7 @@ def test_broken_settings_do_not_stand_in_the_way(trainer, document, work):
     settings.store(training_preferences._task_key(path, "foam", "choice"), '{"tasks": 5}')
     again = Trainer(document, trainer.jobs, backend=work)
     assert again.settings == preset(training_preferences.PRESET.default)
-    assert again.choice == DataSelection(("foam",))
+    assert again.choice == TrainingChoice(("foam",))
 
 
 def test_the_coders_own_labels_are_trained_on_where_there_are_some(trainer, document, work, train):
@@ -352,7 +352,7 @@ def test_the_coders_own_labels_are_trained_on_where_there_are_some(trainer, docu
     train()
     assert work.requests[-1][2].author == "Ann"
     assert any("Ben" in text and "Ann" in text for text, _ in messages)
-    trainer.set_choice(DataSelection(("foam",), author="Ann"))
+    trainer.set_choice(TrainingChoice(("foam",), author="Ann"))
     train()
     assert work.requests[-1][2].author == "Ann"
 

@@ -16,9 +16,9 @@ from forcelab.gui.removal_dialog import Removal
 from forcelab.gui.review.settings_dialog import SettingsDialog
 from forcelab.gui.review.training_backend import run_text
 from forcelab.gui.review.training_bar import TrainingBar
+from forcelab.gui.review.training_preferences import TrainingChoice
 from forcelab.labels import Segment
 from forcelab.project import Verdict
-from forcelab.recognition.dataset import DataSelection
 from forcelab.recognition.settings import Settings
 
 
@@ -326,7 +326,7 @@ def test_settings_and_tasks_are_named_as_they_were_changed(bar, trainer, until):
     assert bar.settings.text() == "Settings: ensemble…"
     trainer.set_settings(Settings(stride=10))
     assert bar.settings.text() == "Settings: paper, changed…"
-    trainer.set_choice(DataSelection(("foam", "stylus"), apart=True))
+    trainer.set_choice(TrainingChoice(("foam", "stylus"), apart=True))
     assert bar.task.currentText() == "foam + stylus, kept apart"
     bar.task.activated.emit(1)
     assert trainer.task == "stylus"
@@ -345,7 +345,7 @@ def test_the_dialogs_set_what_was_chosen(bar, trainer, app):
     assert trainer.settings.stride == 5
     bar.task.activated.emit(bar.task.count() - 1)
     dialog = next(w for w in app.topLevelWidgets() if isinstance(w, QDialog) and w.isVisible())
-    dialog.form.boxes["stylus"].setChecked(True)
+    dialog.boxes["stylus"].setChecked(True)
     dialog.accept()
     assert trainer.choice.tasks == ("foam", "stylus")
 

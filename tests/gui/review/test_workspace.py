@@ -274,6 +274,25 @@ def test_in_a_low_window_lists_have_more_room_than_the_video_until_it_is_dragged
     assert heights(1024, 640) == pytest.approx(dragged, abs=8)
 
 
+def test_a_video_is_large_once_the_window_fills_a_large_screen(study, open_window, until):
+    """At first it had the room of a small window; a width that was dragged stays."""
+    window = open_window(study, demonstration="foam 01")
+    video = window.label._docks["video"]
+    window.resize(1900, 1000)
+    until(lambda: video.width() > 600)
+    window.resize(1200, 700)
+    until(lambda: video.width() < 300)
+    border = video.geometry().topLeft() + QPoint(-3, 200)
+    QTest.mousePress(window.label, Qt.MouseButton.LeftButton, pos=border)
+    QTest.mouseMove(window.label, border - QPoint(30, 0))
+    QTest.mouseRelease(window.label, Qt.MouseButton.LeftButton, pos=border - QPoint(30, 0))
+    until(lambda: window.label._widths[video] == video.width())
+    dragged = video.width()
+    window.resize(1900, 1000)
+    until(lambda: window.label.width() > 1400)
+    assert video.width() == dragged
+
+
 def test_a_demonstration_without_video_has_no_room_for_one(study, open_window, until):
     window = open_window(study, "review", "foam 02")
     assert not window.label.video.isVisible()

@@ -1,6 +1,8 @@
-"""Files with typed columns and streams as a stranger might send them: bytes changed.
+"""Files of typed columns, arrays and streams as a stranger might send them: bytes changed.
 
-Run by hand: ``python tests/fuzz/columns.py parquet --count 5000 --seed 0``.
+Run by hand: ``python tests/fuzz/recordings.py parquet --count 5000 --seed 0``; or excel, xdf, c3d,
+tdms, numpy_arrays, hdf5 or matlab. Files that are read in a process of their own are read in that
+of the case here, so that what they do to it can be seen.
 """
 
 import os
@@ -8,8 +10,7 @@ import random
 import shutil
 import sys
 import zipfile
-from collections.abc import Callable, Iterator
-from functools import partial
+from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -19,34 +20,44 @@ sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import campaign
+import h5py  # noqa: F401 - so that no child has to, as below
+import scipy.io  # noqa: F401
 from campaign import Finding, findings, run
 from ros_bags import change_bytes
 
-# So that no child has to.
 import forcelab.cli.commands.import_
 import forcelab.formats.importing
 import forcelab.formats.table  # noqa: F401
-from tests.formats import column_files
+from forcelab.formats import arrays, hdf5, matlab
+from tests.formats import array_files, column_files
 
 campaign.MEMORY = 2**30
-#: Changes a file by chance.
-Change = Callable[[Path, random.Random], None]
+#: What makes whole files of each kind, by the module that reads it.
 KINDS = {
     "parquet": column_files.whole_arrow,
     "excel": column_files.whole_workbooks,
     "xdf": column_files.whole_xdf,
     "c3d": column_files.whole_c3d,
     "tdms": column_files.whole_tdms,
+    "numpy_arrays": array_files.whole_numpy,
+    "hdf5": array_files.whole_hdf5,
+    "matlab": array_files.whole_matlab,
 }
 
 
 def change_member(file: Path, chance: random.Random) -> None:
-    """Change one of the files in a zip archive."""
+    """Change one of the files in a zip archive, which is whole otherwise."""
     with zipfile.ZipFile(file) as archive:
         members = {name: archive.read(name) for name in archive.namelist()}
+    name = chance.choice(sorted(members))
     changed = file.with_name("member")
-    changed.write_bytes(members[name := chance.choice(sorted(members))])
-    change_bytes(changed, chance)
+    changed.write_bytes(members[name])
+    if name.endswith(".npy"):  # its header says what follows
+        content = bytearray(members[name])
+        content[chance.randrange(128)] = chance.choice(b"0123456789,()' <>|fiUOV\x00\xff")
+        changed.write_bytes(content)
+    else:
+        change_bytes(changed, chance)
     members[name] = changed.read_bytes()
     changed.unlink()
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -54,9 +65,7 @@ def change_member(file: Path, chance: random.Random) -> None:
             archive.writestr(name, content)
 
 
-def cases(
-    whole: list[Path], change_member: Change, count: int, seed: int
-) -> Iterator[tuple[str, Any]]:
+def cases(whole: list[Path], count: int, seed: int) -> Iterator[tuple[str, Any]]:
     """Cases for :func:`campaign.findings`, each with the command line that is run on it."""
     for number in range(count):
 
@@ -71,21 +80,17 @@ def cases(
         yield f"file {number} of seed {seed}", write
 
 
-def findings_of(
-    make_whole: Callable[[Path], list[Path]],
-    change_member: Change,
-    count: int,
-    seed: int,
-    folder: Path,
-) -> Iterator[Finding]:
+def findings_of(kind: str, count: int, seed: int, folder: Path) -> Iterator[Finding]:
     """Mutate small files so many times, of archives mostly a member, and yield what was found."""
     (folder / "whole").mkdir()
-    whole = make_whole(folder / "whole")
+    whole = KINDS[kind](folder / "whole")
     (folder / "cases").mkdir()
-    yield from findings(cases(whole, change_member, count, seed), folder / "cases")
+    yield from findings(cases(whole, count, seed), folder / "cases")
 
 
 if __name__ == "__main__":
     chosen = sys.argv.pop(1)
     import_module(f"forcelab.formats.{chosen}")
-    run(__doc__, f"{chosen} files", partial(findings_of, KINDS[chosen], change_member))
+    for module in (hdf5, matlab):
+        module.read_apart = arrays.use_tree
+    run(__doc__, f"{chosen} files", lambda *arguments: findings_of(chosen, *arguments))
