@@ -168,6 +168,8 @@ def window_of_file(windows_of_file, until):
     for window in [*windows_of_file]:
         window.show_workspace("label")
         window.document.close()
+        if any("capture" in job for job in window.jobs.busy):  # devices are searched for a second
+            window.close()
         until(lambda window=window: not window.jobs.busy)
         if not window.isVisible():
             windows_of_file.remove(window)

@@ -1,7 +1,7 @@
 """The toolbar; done and next by one key or one click, showing nothing that was not agreed to."""
 
 import pytest
-from factories import sine_demonstration
+from factories import cached_project, sine_demonstration
 from PySide6.QtCore import QByteArray, QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QInputDialog, QToolTip
@@ -21,14 +21,17 @@ CTRL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModi
 LEFT = Qt.MouseButton.LeftButton
 
 
-@pytest.fixture
-def another_window(window_of_file, tmp_path):
-    """Windows in which Ann works on the first of four demonstrations, labelled by Ben."""
-    path = tmp_path / "study.forcelab"
+def study(path):
     with Project.create(path) as project:
         for number, name in enumerate(("01", "02", "03", "04")):
             recording = sine_demonstration(name, "foam", 0.1 * number)
             project.demonstrations.add(recording, [Track("Ben", HIS)] if name == "01" else [])
+
+
+@pytest.fixture
+def another_window(window_of_file, tmp_path):
+    """Windows in which Ann works on the first of four demonstrations, labelled by Ben."""
+    path = cached_project(study, tmp_path / "study.forcelab")
 
     def make():
         window = window_of_file(LaunchOptions(project=path, demonstration="01"))
