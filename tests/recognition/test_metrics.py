@@ -66,20 +66,20 @@ def score_words(human: str, predicted: str, actions: list[str] = ACTIONS) -> Sco
 
 
 @st.composite
-def pairs(draw, actions=4, low=-1, most=60):
+def pairs(draw, actions=4, least=1, most=60, period=0.01):
     """A human and a predicted track, both made of runs, and their stamps, perhaps with gaps."""
-    n = draw(st.integers(1, most))
+    n = draw(st.integers(least, most))
 
     def track() -> np.ndarray:
         codes: list[int] = []
         while len(codes) < n:
-            codes += [draw(st.integers(low, actions - 1))] * draw(st.integers(1, 12))
+            codes += [draw(st.integers(-1, actions - 1))] * draw(st.integers(1, 12))
         return np.array(codes[:n], dtype=np.int64)
 
     steps = np.ones(n)
-    for place in draw(st.lists(st.integers(1, n), max_size=2)):
-        steps[place - 1] = 40.0
-    return track(), track(), np.cumsum(steps) / 100
+    for place in draw(st.lists(st.integers(1, max(n, 1)), max_size=2)):
+        steps[place - 1 : place] = 40.0
+    return track(), track(), np.cumsum(steps) * period
 
 
 def numbers(scores: Scores) -> dict:
@@ -319,23 +319,6 @@ def test_a_million_samples_flickering_through_200_actions_take_seconds_not_minut
 LETTERS = ["a", "b", "c"]
 
 
-@st.composite
-def overlaid_tracks(draw):
-    """A human and a predicted track of runs, and their stamps, perhaps with gaps."""
-    n = draw(st.integers(0, 50))
-
-    def track() -> np.ndarray:
-        codes: list[int] = []
-        while len(codes) < n:
-            codes += [draw(st.integers(-1, 2))] * draw(st.integers(1, 9))
-        return np.array(codes[:n], dtype=np.int64)
-
-    steps = np.ones(n)
-    for place in draw(st.lists(st.integers(1, max(n, 1)), max_size=2)):
-        steps[place - 1 : place] = 30.0
-    return track(), track(), np.cumsum(steps) / 50
-
-
 def segments_of(codes: list[int], times: np.ndarray) -> list[tuple[int, set[int]]]:
     """Segments as (action, set of sample numbers), one sample at a time."""
     found: list[tuple[int, set[int]]] = []
@@ -391,7 +374,7 @@ def test_edit_distance_is_right_beyond_the_width_of_a_machine_word():
 
 
 @settings(max_examples=100, deadline=None)
-@given(overlaid_tracks(), st.sampled_from(OVERLAPS))
+@given(pairs(3, least=0), st.sampled_from(OVERLAPS))
 def test_matching_is_the_published_loop_on_sets_of_samples(track, overlap):
     human, predicted, times = track
     found = match_segments(overlay(human, predicted, times, LETTERS), overlap)
@@ -401,7 +384,7 @@ def test_matching_is_the_published_loop_on_sets_of_samples(track, overlap):
 
 
 @settings(max_examples=100, deadline=None)
-@given(overlaid_tracks())
+@given(pairs(3, least=0))
 def test_boundary_errors_are_the_distances_of_matched_edges(track):
     human, predicted, times = track
     over = overlay(human, predicted, times, LETTERS)
@@ -506,22 +489,6 @@ def test_an_event_is_wrong_in_its_kinds(tracks, expected):
     assert errors(letters_events(*tracks)) == expected
 
 
-@st.composite
-def letter_tracks(draw):
-    n = draw(st.integers(0, 40))
-
-    def text() -> str:
-        line = ""
-        while len(line) < n:
-            line += draw(st.sampled_from("abc.")) * draw(st.integers(1, 7))
-        return line[:n]
-
-    steps = np.ones(n)
-    for place in draw(st.lists(st.integers(1, max(n, 1)), max_size=2)):
-        steps[place - 1 : place] = 20.0
-    return text(), text(), np.cumsum(steps)
-
-
 def by_hand(human: str, predicted: str, times: np.ndarray) -> dict[str, tuple[int, float]]:
     """The definitions one sample and one event at a time; every sample lasts one second."""
     n = len(human)
@@ -569,17 +536,19 @@ def by_hand(human: str, predicted: str, times: np.ndarray) -> dict[str, tuple[in
 
 
 @settings(max_examples=120, deadline=None)
-@given(letter_tracks())
+@given(pairs(3, least=0, most=40, period=1.0))
 def test_every_error_is_what_the_definitions_say_event_by_event(track):
-    human, predicted, times = track
+    *codes, times = track
+    human, predicted = ("".join("abc."[code] for code in track) for track in codes)
     assume(len(human) < 2 or np.median(np.diff(times)) == 1.0)
     assert errors(letters_events(human, predicted, times)) == by_hand(human, predicted, times)
 
 
 @settings(max_examples=100, deadline=None)
-@given(letter_tracks())
+@given(pairs(3, least=0, most=40, period=1.0))
 def test_errors_and_right_time_account_for_all_labelled_time(track):
-    human, predicted, times = track
+    *codes, times = track
+    human, predicted = ("".join("abc."[code] for code in track) for track in codes)
     found = letters_events(human, predicted, times)
     period = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
     lasts = np.minimum(np.diff(times, append=times[-1:] + period), 5 * period)
@@ -672,25 +641,8 @@ def test_one_action_has_no_boundaries_to_be_off():
 FOUR = ("still", "grab", "hold", "pull")
 
 
-@st.composite
-def four_action_tracks(draw):
-    """Human and predicted codes made of runs, and even stamps with a gap now and then."""
-    n = draw(st.integers(2, 60))
-
-    def track() -> np.ndarray:
-        codes: list[int] = []
-        while len(codes) < n:
-            codes += [draw(st.integers(-1, 3))] * draw(st.integers(1, 12))
-        return np.array(codes[:n], dtype=np.int64)
-
-    steps = np.full(n, 8)
-    for place in draw(st.lists(st.integers(1, n), max_size=2)):
-        steps[place - 1] = 400
-    return track(), track(), np.cumsum(steps) / 1024
-
-
 @settings(max_examples=40, deadline=None)
-@given(four_action_tracks())
+@given(pairs(least=2, period=8 / 1024))
 def test_scores_of_segments_are_those_of_their_samples(drawn):
     human, predicted, times = drawn
     segments = [from_codes(codes, times, FOUR) for codes in (human, predicted)]
