@@ -92,17 +92,6 @@ def test_the_shares_are_the_integral_of_the_gradient_along_the_way(seed):
     assert shares == pytest.approx(integral, abs=0.02)
 
 
-@given(st.integers(0, 2**32 - 1))
-def test_the_shares_add_up_to_the_difference_of_the_log_odds(seed):
-    scorer, random = network(seed)
-    rows, mean = random.normal(size=(5, 6)), random.normal(size=6)
-    reference_odds = log_odds(scorer, mean[None], "grab", "still")
-    gained = log_odds(scorer, rows, "grab", "still") - reference_odds
-    assert scorer.integrated_gradients(rows, mean, "grab", "still").sum(axis=1) == pytest.approx(
-        gained
-    )
-
-
 # --- classifiers --------------------------------------------------------------------------------
 
 
