@@ -38,11 +38,6 @@ def fitted_to(monkeypatch):
     return arguments
 
 
-def predictions(recogniser, demonstration):
-    prediction = recogniser.predict(demonstration)
-    return np.column_stack([prediction.raw, prediction.filtered])
-
-
 # --- progress -----------------------------------------------------------------------------------
 
 
