@@ -32,6 +32,15 @@ def keys(app):
 
 
 @pytest.fixture
+def jobs(app):
+    from forcelab.gui.jobs import Jobs
+
+    jobs = Jobs()
+    yield jobs
+    assert jobs.close(PATIENCE)
+
+
+@pytest.fixture
 def document(app, tmp_path):
     """Ada's track, painted; some files and rooms have a document of their own."""
     with open_painted_document(tmp_path) as document:

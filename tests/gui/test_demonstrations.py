@@ -18,6 +18,7 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui import demonstration_list, theme
 from forcelab.gui.demonstration_list import DemonstrationList, OrderButton
 from forcelab.gui.demonstration_model import (
+    DemonstrationModel,
     DemonstrationRow,
     TaskGroup,
     grouped,
@@ -467,7 +468,7 @@ def test_a_filtered_list_highlights_only_what_is_open(listing, document):
         assert chosen.data() == "pen-2"
 
 
-def test_a_blind_coder_learns_nothing_of_the_others(listing, document, answers):
+def test_a_blind_coder_learns_nothing_of_the_others(listing, document, answers, monkeypatch):
     id_ = id_of(document, "pen-2")
     document.open_demonstration(id_)
     assert "bert" in document.other_tracks
@@ -482,6 +483,11 @@ def test_a_blind_coder_learns_nothing_of_the_others(listing, document, answers):
         assert "bert" not in index.data(role)
         assert "blind" in index.data(role)
     assert not any("bert" in title for title in entries(listing, [row(listing, "pen-2")]))
+    drawn = []
+    with monkeypatch.context() as patched:
+        patched.setattr(demonstration_list, "draw_line", lambda *words, **_: drawn.append(words[2]))
+        listing.grab()
+    assert drawn[drawn.index("pen-2") :][2] == "others hidden"
     questions = answers("Cancel")
     entries(listing, [row(listing, "pen-2")])["Mark as done"].trigger()
     assert "Mark 'pen-2' as done and end blind coding?" in questions[0]
@@ -812,6 +818,13 @@ def test_a_number_that_is_searched_finds_names_and_not_by_chance_ids():
     for searched, found in [("12", "P12"), ("AB12CD", "P04"), ("ab12cd00", "P04"), ("1212", "")]:
         names = [row.info.name for group in grouped(rows, searched, "all") for row in group.rows]
         assert names == ([found] if found else []), searched
+
+
+def test_an_index_that_is_nowhere_is_nothing(app):
+    model = DemonstrationModel()
+    assert not model.index(0, 0).isValid()
+    assert not model.index_of("x").isValid()
+    assert model.at(QModelIndex()) is None
 
 
 def test_what_was_painted_just_before_another_one_is_opened_stays_told(document, listing):

@@ -51,6 +51,12 @@ def window(start):
     return start()
 
 
+@pytest.fixture
+def start_page(window_of_file):
+    """A window without a project."""
+    return window_of_file(LaunchOptions(), size=(1024, 640))
+
+
 def way(window, text):
     """The button of the start page whose text begins so."""
     buttons = window._welcome.findChildren(QCommandLinkButton)
@@ -215,7 +221,7 @@ def in_dialog(window, use):
     answer_dialog(window, ImportDialog, lambda: click(way(window, "Label your own")), use)
 
 
-def test_ten_own_recordings_are_in_a_new_project_after_six_actions(window, recordings, until):
+def test_ten_own_recordings_are_in_a_new_project_after_six_actions(start_page, recordings, until):
     actions = ["button", "select all files", "open"]
 
     def use(dialog):
@@ -226,7 +232,7 @@ def test_ten_own_recordings_are_in_a_new_project_after_six_actions(window, recor
         actions.append("task")
         QTest.keyClick(dialog.focusWidget(), Qt.Key.Key_Return)
         actions.append("import")
-        until(lambda: window.document.id)
+        until(lambda: start_page.document.id)
         assert not dialog.project_name.isVisible()
         until(dialog._report.isVisible)
         assert "10 demonstrations imported." in dialog._report_labels[0].text()
@@ -234,17 +240,17 @@ def test_ten_own_recordings_are_in_a_new_project_after_six_actions(window, recor
         actions.append("close")
         assert not dialog.isVisible()
 
-    in_dialog(window, use)
+    in_dialog(start_page, use)
     assert len(actions) == 6
-    assert window.document.project.path == recordings / "pulls.forcelab"
-    assert {info.task for info in window.document.infos} == {"pull"}
-    assert len(window.document.infos) == 10
+    assert start_page.document.project.path == recordings / "pulls.forcelab"
+    assert {info.task for info in start_page.document.infos} == {"pull"}
+    assert len(start_page.document.infos) == 10
     assert settings.recent_projects()[0] == recordings / "pulls.forcelab"
-    assert "press Space" in hint(window)
-    assert not window.review.trainer.training
+    assert "press Space" in hint(start_page)
+    assert not start_page.review.trainer.training
 
 
-def test_name_and_place_of_the_new_project_can_be_changed(window, recordings, tmp_path, until):
+def test_name_and_place_of_the_new_project_can_be_changed(start_page, recordings, tmp_path, until):
     (tmp_path / "mine").mkdir()
     (recordings / "pulls.forcelab").mkdir()  # then another name is proposed
 
@@ -257,14 +263,14 @@ def test_name_and_place_of_the_new_project_can_be_changed(window, recordings, tm
             field.selectAll()
             QTest.keyClicks(field, text if text == "first" else str(tmp_path / text))
         click(dialog._go)
-        until(lambda: window.document.id)
+        until(lambda: start_page.document.id)
 
-    in_dialog(window, use)
-    assert window.document.project.path == tmp_path / "mine" / "first.forcelab"
+    in_dialog(start_page, use)
+    assert start_page.document.project.path == tmp_path / "mine" / "first.forcelab"
 
 
 @pytest.mark.parametrize("reason", ["closed", "unreadable", "no such folder"])
-def test_nothing_is_made_where_nothing_is_imported(window, recordings, until, reason):
+def test_nothing_is_made_where_nothing_is_imported(start_page, recordings, until, reason):
     before = sorted(recordings.iterdir())
     if reason == "unreadable":
         for file in before:
@@ -279,14 +285,14 @@ def test_nothing_is_made_where_nothing_is_imported(window, recordings, until, re
             words = "make it first" if reason == "no such folder" else "pull-00.csv"
             assert words in dialog._report_labels[1].text()
 
-    in_dialog(window, use)
-    assert window.document.project is None
-    assert window._welcome.isVisible()
+    in_dialog(start_page, use)
+    assert start_page.document.project is None
+    assert start_page._welcome.isVisible()
     assert sorted(recordings.iterdir()) == before
-    assert hint(window) == ""
+    assert hint(start_page) == ""
 
 
-def test_what_is_dropped_on_the_page_goes_the_same_way(window, recordings, until):
+def test_what_is_dropped_on_the_page_goes_the_same_way(start_page, recordings, until):
     proposed = []
 
     def answer():
@@ -294,14 +300,14 @@ def test_what_is_dropped_on_the_page_goes_the_same_way(window, recordings, until
         proposed.append(dialog.project_name.text())
         dialog.reject()
 
-    QTimer.singleShot(0, window, answer)
-    window.opening.ask_import(tuple(recordings.iterdir()))
+    QTimer.singleShot(0, start_page, answer)
+    start_page.opening.ask_import(tuple(recordings.iterdir()))
     assert proposed == ["pulls.forcelab"]
-    assert window.document.project is None
+    assert start_page.document.project is None
 
 
-def test_the_first_page_leads_to_the_guide(window):
-    way(window, "Read the guide").click()
-    guide = window.findChild(GuideWindow)
+def test_the_first_page_leads_to_the_guide(start_page):
+    way(start_page, "Read the guide").click()
+    guide = start_page.findChild(GuideWindow)
     assert guide.isVisible()
     assert guide.place == "index"

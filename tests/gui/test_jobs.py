@@ -2,18 +2,10 @@ import sys
 import threading
 import time
 
-import pytest
 from window_helpers import PATIENCE
 
 from forcelab.errors import InputError
 from forcelab.gui.jobs import Jobs
-
-
-@pytest.fixture
-def jobs(app):
-    created = Jobs()
-    yield created
-    assert created.close(PATIENCE)
 
 
 def steps(count=3, result="done", began=None):

@@ -11,7 +11,6 @@ from window_helpers import open_painted_document
 from forcelab.formats.textgrid import to_textgrid
 from forcelab.formats.track_text import to_audacity, to_csv
 from forcelab.gui import label_import_dialog
-from forcelab.gui.jobs import Jobs
 from forcelab.gui.label_import_dialog import LabelImportDialog
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.labels import Segment, Track
@@ -28,13 +27,6 @@ def document(app, tmp_path):
         document.project.tracks.edit(id_, "Zoe", before, GRAB, "painted")
         document.open_demonstration(id_)
         yield document
-
-
-@pytest.fixture
-def jobs(app):
-    jobs = Jobs()
-    yield jobs
-    jobs.close()
 
 
 @pytest.fixture

@@ -7,7 +7,6 @@ from PySide6.QtGui import QColor, QKeyEvent
 from PySide6.QtTest import QTest
 from window_helpers import PanelMouse, open_foam_document, pixels, stored_rows
 
-from forcelab.gui.jobs import Jobs
 from forcelab.gui.label.scalogram import ScalogramPanel
 from forcelab.gui.label.traces import ForcePanel
 from forcelab.labels import Segment
@@ -23,14 +22,12 @@ def document(app):
 
 
 @pytest.fixture(params=[ForcePanel, ScalogramPanel])
-def panel(request, document):
-    jobs = Jobs()
+def panel(request, document, jobs):
     panel = request.param(document, jobs)
     panel.resize(88 + 1000 + 8, 160)
     panel.show()
     yield panel
     panel.close()
-    jobs.close()
 
 
 @pytest.fixture

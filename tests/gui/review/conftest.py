@@ -4,8 +4,6 @@ import pytest
 from factories import run_result_of
 from window_helpers import FakeTrainingBackend, open_painted_document
 
-from forcelab.gui.jobs import Jobs
-
 
 @pytest.fixture(scope="module")
 def shared_document(app, tmp_path_factory):
@@ -26,13 +24,6 @@ def document(shared_document):
     shared_document.review.set_run(None)
     for assignment in shared_document.project.coding.assignments():
         shared_document.project.coding.unassign(assignment.demonstration, assignment.author)
-
-
-@pytest.fixture
-def jobs(app):
-    jobs = Jobs()
-    yield jobs
-    jobs.close()
 
 
 @pytest.fixture

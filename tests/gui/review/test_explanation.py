@@ -8,10 +8,8 @@ import pytest
 from factories import QUICK_SETTINGS, make_evaluated_project
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
-from window_helpers import PATIENCE
 
 from forcelab.gui.document import Document
-from forcelab.gui.jobs import Jobs
 from forcelab.gui.review import explanation as why_module
 from forcelab.gui.review import explanation_plots
 from forcelab.gui.review.explanation import ExplanationView, ModelCache
@@ -71,13 +69,6 @@ def document(app, study):
     document.open_project(study[0])
     yield document
     document.close()
-
-
-@pytest.fixture
-def jobs(app):
-    jobs = Jobs()
-    yield jobs
-    assert jobs.close(PATIENCE)
 
 
 @pytest.fixture

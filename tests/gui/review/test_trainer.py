@@ -211,10 +211,9 @@ def test_what_was_painted_meanwhile_is_trained_next(trainer, document, work, unt
     until(lambda: not trainer.training and trainer.edits == 0)
 
 
-def test_a_reopened_project_shows_its_last_result(document, work, until):
+def test_a_reopened_project_shows_its_last_result(document, work, jobs, until):
     work.runs = (run_summary(9, "stylus"), run_summary(7, "foam"), run_summary(3, "foam"))
     work.outcomes = {n: run_result_of(document.project, n, "foam") for n in (3, 7)}
-    jobs = Jobs()
     trainer = Trainer(document, jobs, backend=work)
     until(lambda: document.review.run is not None)
     assert document.review.run.number == 7
@@ -224,7 +223,6 @@ def test_a_reopened_project_shows_its_last_result(document, work, until):
     document.close()
     assert trainer.runs == ()
     assert trainer.edits is None
-    jobs.close()
 
 
 def test_a_task_s_own_run_comes_before_a_later_one_that_tested_another_task(document, work, until):
@@ -503,8 +501,8 @@ def test_what_was_trained_on_another_coder_is_not_up_to_date(
     assert line.text() == "Recogniser: up to date"
 
 
-def test_demonstrations_of_no_task_are_trained_too(app, until):
-    work, jobs = FakeTrainingBackend(), Jobs()
+def test_demonstrations_of_no_task_are_trained_too(jobs, until):
+    work = FakeTrainingBackend()
     with open_training_document(tasks=("",)) as document:
         work.result = run_result_of(document.project, task="", title="no task")
         trainer = Trainer(document, jobs, backend=work)
@@ -518,15 +516,13 @@ def test_demonstrations_of_no_task_are_trained_too(app, until):
         _, _, choice, name = work.requests[0]
         assert (choice.tasks, name) == (("",), "no task")
         document.close()
-        jobs.close()
 
 
-def test_without_demonstrations_there_is_nothing_to_train_on(app, tmp_path, until):
+def test_without_demonstrations_there_is_nothing_to_train_on(jobs, tmp_path):
     Project.create(tmp_path / "empty.forcelab").close()
-    document, jobs = Document("Ann"), Jobs()
+    document = Document("Ann")
     document.open_project(tmp_path / "empty.forcelab")
     trainer = Trainer(document, jobs, backend=FakeTrainingBackend())
     assert not trainer.train()
     assert "import demonstrations" in trainer.trouble
     document.close()
-    jobs.close()

@@ -60,6 +60,8 @@ def open_window(window_of_file, until):
         start = LaunchOptions(project=path, workspace=workspace, demonstration=demonstration)
         window = window_of_file(start, "Ada", (780, 700))  # a wide one lets the next be smaller
         window.activateWindow()
+        runs = window.document.project.runs.summaries()
+        until(lambda: bool(window.document.review.run) == bool(runs))
         until(lambda: window.isActiveWindow() and window.settled and not window.jobs.busy)
         return window
 
