@@ -62,7 +62,13 @@ class MergeMap:
         return tuple(source for source, _ in self._pairs if source not in existing)
 
     def check_targets(self) -> None:
-        """Refuse a new map that merges into no action; one of an old run is still read."""
+        """Refuse a new map that merges into no action; one of an old run is still read.
+
+        Raises
+        ------
+        InputError
+            If it does.
+        """
         for _, target in self._pairs:
             check_action_name(target)
 
@@ -86,7 +92,13 @@ class MergeMap:
 
     @classmethod
     def from_json(cls, targets: object) -> MergeMap:
-        """Build a map from what :meth:`to_json` gave; anything else is refused."""
+        """Build a map from what :meth:`to_json` gave.
+
+        Raises
+        ------
+        InputError
+            If it is anything but an object of strings, or not a valid map.
+        """
         if not isinstance(targets, dict):
             raise InputError("A merge map must be an object of strings.")
         for source, target in targets.items():

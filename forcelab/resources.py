@@ -44,13 +44,7 @@ def asset(*parts: str) -> Path:
 
 def read_toml(*parts: str) -> dict[str, Any]:
     """Read one of the program's own TOML files; `parts` as of :func:`asset`."""
-    path = asset(*parts)
-    try:
-        return tomllib.loads(path.read_text("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"'{path}' cannot be read: {error}; install forcelab again.") from error
-    except OSError as error:
-        raise InputError(f"'{path}' cannot be read: {error.strerror}.") from error
+    return tomllib.loads(asset(*parts).read_text("utf-8"))
 
 
 PACKAGES = ("numpy", "scipy", "scikit-learn", "skops")

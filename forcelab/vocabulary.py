@@ -192,7 +192,13 @@ class Vocabulary:
         return Vocabulary(tuple(actions))
 
     def rebound(self, name: str, key: str) -> Vocabulary:
-        """Give an action another key, or none with ``""``; that of another action is refused."""
+        """Give an action another key, or none with ``""``.
+
+        Raises
+        ------
+        InputError
+            If the action is not known, or the key means something else or paints another action.
+        """
         action = self._known(name)
         for other in self.actions:
             if key and other.key == key and other is not action:
@@ -205,6 +211,11 @@ class Vocabulary:
         """Give an action another colour (``"#rrggbb"``), plain unless another action has that.
 
         Then it gets the first texture that is free.
+
+        Raises
+        ------
+        InputError
+            If the action is not known or the colour is none.
         """
         old = self._known(name)
         action = replace(old, colour=colour)
@@ -216,13 +227,25 @@ class Vocabulary:
         """Give an action another name; its look, its key and its place stay.
 
         Labels with the old name are not changed: to look as before they need an action of it.
+
+        Raises
+        ------
+        InputError
+            If the action is not known, or the new name is blank, another action's or says that
+            there is none.
         """
         old = self._known(name)
         check_action_name(new)
         return self._replaced(old, replace(old, name=new))
 
     def removed(self, name: str) -> Vocabulary:
-        """Take an action out; the others keep their looks and keys."""
+        """Take an action out; the others keep their looks and keys.
+
+        Raises
+        ------
+        InputError
+            If the action is not known.
+        """
         gone = self._known(name)
         return Vocabulary(tuple(action for action in self.actions if action is not gone))
 
@@ -232,7 +255,18 @@ class Vocabulary:
 
     @classmethod
     def from_json(cls, items: object) -> Vocabulary:
-        """Build a vocabulary from what :meth:`to_json` gave; anything else is refused."""
+        """Build a vocabulary from what :meth:`to_json` gave.
+
+        Parameters
+        ----------
+        items : object
+            As parsed from JSON.
+
+        Raises
+        ------
+        InputError
+            If it is anything but a list of complete, valid actions.
+        """
         if not isinstance(items, list):
             raise InputError("A vocabulary must be a list of actions.")
         if len(items) > MOST_ACTIONS:

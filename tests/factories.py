@@ -36,8 +36,7 @@ from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.results import DemonstrationResult
 from forcelab.recognition.settings import Settings
 from forcelab.review.run_result import RunResult
-from forcelab.simulation.scene import Body, Jaws, Motion, Performance, Scene
-from forcelab.simulation.system import Event
+from forcelab.simulation.scene import Body, Event, Jaws, Motion, Performance, Scene
 from forcelab.video.codecs import opencv
 from forcelab.vocabulary import Vocabulary
 

@@ -132,26 +132,6 @@ def test_toml_is_read_in_utf_8_whatever_the_machine_speaks(folder):
     assert read_toml("foam.toml") == content
 
 
-@pytest.mark.parametrize("content", [b"mass = = 2", b"mass = 1\nmass = 2", b"\xff\xfe", b"[jaws"])
-def test_a_broken_file_is_named(folder, content):
-    (folder / "foam.toml").write_bytes(content)
-    with pytest.raises(
-        InputError, match=r"foam\.toml' cannot be read: .*; install forcelab again\.$"
-    ):
-        read_toml("foam.toml")
-
-
 def test_a_toml_file_that_is_missing_is_a_missing_asset(folder):
     with pytest.raises(InputError, match=r"file 'tasks/foam\.toml' is missing from"):
         read_toml("tasks", "foam.toml")
-
-
-def test_a_file_that_may_not_be_read_is_named(folder, monkeypatch):
-    (folder / "foam.toml").write_text("mass = 0.02", "utf-8")
-
-    def refuse(*_):
-        raise PermissionError(13, "Permission denied")
-
-    monkeypatch.setattr(Path, "read_text", refuse)
-    with pytest.raises(InputError, match=r"foam\.toml' cannot be read: Permission denied\."):
-        read_toml("foam.toml")

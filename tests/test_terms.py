@@ -59,6 +59,7 @@ def test_every_action_of_the_tasks_is_explained():
 def test_every_entry_is_short_and_says_what_it_is_not():
     for entry in glossary():
         texts = (entry.sentence, entry.starts, entry.ends, entry.unlike)
+        assert all(re.fullmatch(r"[A-Z][^\n]*\.", text) for text in texts), entry.action
         # A line of a tool tip.
         assert max(map(len, texts)) <= 100, entry.action
         assert entry.sentence.count(".") == 1
@@ -77,43 +78,6 @@ def test_entries_keep_the_order_of_the_file(written):
     written({"twist": GOOD, "slip transition": GOOD, "grab": GOOD})
     assert [entry.action for entry in glossary()] == ["twist", "slip transition", "grab"]
     assert glossary()[2] == Entry("grab", *GOOD.values())
-
-
-@pytest.mark.parametrize(
-    ("changes", "sentence"),
-    [
-        ({"ends": None}, "'grab' must have exactly the texts sentence, starts, ends, unlike and"),
-        ({"colour": "red"}, "'grab' must have exactly the texts"),
-        ({"starts": 1.5}, "'grab' must have exactly the texts"),
-        ({"starts": True}, "'grab' must have exactly the texts"),
-        ({"sentence": ""}, "'sentence' of 'grab' must be one line of text"),
-        ({"starts": "the jaws close."}, "'starts' of 'grab' must be one line of text"),
-        ({"ends": "The jaws close"}, "'ends' of 'grab' must be one line of text"),
-        ({"unlike": "Not\nhold."}, "'unlike' of 'grab' must be one line of text"),
-        ({"ends": "The jaws close.\n"}, "'ends' of 'grab' must be one line of text"),
-        ({"picture": "actions/../../secret.png"}, "must look like actions/grab.png, not 'actions/"),
-        ({"picture": "grab.png"}, "must look like actions/grab.png, not 'grab.png'"),
-        ({"picture": "actions/grab.jpg"}, "must look like actions/grab.png"),
-    ],
-)
-def test_an_entry_that_is_not_complete_is_refused_with_a_sentence(written, changes, sentence):
-    values = {name: value for name, value in (GOOD | changes).items() if value is not None}
-    written({"still": GOOD, "grab": values})
-    with pytest.raises(InputError, match=rf"^actions\.toml: .*{re.escape(sentence)}"):
-        glossary()
-
-
-def test_a_value_outside_of_any_action_is_refused(written, tmp_path):
-    (tmp_path / "actions.toml").write_text('grab = "The jaws close."', "utf-8")
-    with pytest.raises(InputError, match="'grab' must have exactly the texts"):
-        glossary()
-
-
-@pytest.mark.parametrize("action", ["", " ", "grab ", "slip  transition"])
-def test_an_action_needs_a_plain_name(written, action):
-    written({action: GOOD})
-    with pytest.raises(InputError, match="an action needs a name of words"):
-        glossary()
 
 
 def test_a_missing_picture_is_found_out_when_it_is_asked_for(written):

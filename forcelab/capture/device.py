@@ -87,6 +87,24 @@ class Device(Protocol):
         """Release it; closing twice is fine."""
 
 
+class SoftwareZero:
+    """The zero of a device that has none itself: what it read last when it was taken."""
+
+    def __init__(self) -> None:
+        self._latest: NDArray[np.float64] | None = None
+        self._zero: NDArray[np.float64] | float = 0.0
+
+    def apply(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Carry readings, shape (n, c), n >= 1, to this zero."""
+        self._latest = values[-1].copy()
+        return values - self._zero
+
+    def take(self) -> None:
+        """Take the last readings for zero; a channel without one keeps the zero it has."""
+        if self._latest is not None:
+            self._zero = np.where(np.isfinite(self._latest), self._latest, self._zero)
+
+
 ClosableT = TypeVar("ClosableT", bound="Closable")
 
 

@@ -92,8 +92,7 @@ class VirtualPort(Closable):
     back. What is sent while the port is not open is lost, as it is with a cable.
     """
 
-    def __init__(self, path: Path, *, waits: bool = False) -> None:
-        """Where it `waits`, the device's time begins only when its port is opened."""
+    def __init__(self, path: Path) -> None:
         if not SUPPORTED:
             # Windows has no pseudo-terminals, and those of macOS cannot be waited for by poll().
             raise InputError(
@@ -105,7 +104,7 @@ class VirtualPort(Closable):
         self.overrun = 0
         #: Set once there is nothing more to send.
         self.ended = threading.Event()
-        self._waits = waits
+        self._waits = True  # until the port is opened; then the device's time begins
         self._started = False
         self._since = math.inf  # when its port was opened
         self._backlog = b""
@@ -248,20 +247,12 @@ Absent = Callable[[NDArray[np.float64]], NDArray[np.bool_]]
 class VirtualSampler(VirtualPort):
     """A device that takes samples at a rate."""
 
-    def __init__(
-        self,
-        source: Readings,
-        rate: float,
-        *,
-        path: Path,
-        waits: bool = False,
-        absent: Absent | None = None,
-    ) -> None:
+    def __init__(self, source: Readings, rate: float, path: Path, absent: Absent) -> None:
         """`rate` samples a second of the readings of `source`.
 
         Samples that are `absent` never leave it; a counter counts them.
         """
-        super().__init__(path, waits=waits)
+        super().__init__(path)
         #: Seconds of the device's clock after which it has nothing more to send.
         self.duration = np.inf
         self._source, self._rate, self._absent = source, rate, absent
@@ -297,8 +288,6 @@ class VirtualSampler(VirtualPort):
 
     def _present(self, times: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which of the samples at device times (s) leave it."""
-        if self._absent is None:
-            return np.ones(len(times), np.bool_)
         return np.logical_not(self._absent(times))
 
     def _next(self, now: float) -> tuple[NDArray[np.float64], NDArray[Any]]:
@@ -315,16 +304,9 @@ class VirtualTextDevice(VirtualSampler):
     """
 
     def __init__(
-        self,
-        source: Readings,
-        rate: float,
-        *,
-        names: Sequence[str],
-        path: Path,
-        waits: bool = False,
-        absent: Absent | None = None,
+        self, source: Readings, rate: float, path: Path, absent: Absent, names: Sequence[str]
     ) -> None:
-        super().__init__(source, rate, path=path, waits=waits, absent=absent)
+        super().__init__(source, rate, path, absent)
         self._names = tuple(names)
         self._header_due = True
 
@@ -371,16 +353,9 @@ class VirtualOptoForce(VirtualSampler):
     """
 
     def __init__(
-        self,
-        source: Source,
-        rate: float,
-        *,
-        serial: str,
-        path: Path,
-        waits: bool = False,
-        absent: Absent | None = None,
+        self, source: Source, rate: float, path: Path, absent: Absent, serial: str
     ) -> None:
-        super().__init__(source, rate, path=path, waits=waits, absent=absent)
+        super().__init__(source, rate, path, absent)
         self._serial = serial
         self._counter = 0
         self._zero: NDArray[np.int64] | int = 0

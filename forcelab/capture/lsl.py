@@ -20,7 +20,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.device import Block, MessageQueue, UnpluggedError
+from forcelab.capture.device import Block, MessageQueue, SoftwareZero, UnpluggedError
 from forcelab.capture.discovery import LIST_HINT
 from forcelab.capture.serial_port import GATHER_SECONDS
 from forcelab.demonstration import Channel
@@ -164,8 +164,7 @@ class LslStream:
         self._offset = 0.0
         self._last = -np.inf
         self._next = 0.0
-        self._zero: NDArray[np.float64] | None = None
-        self._latest: NDArray[np.float64] | None = None
+        self._zero = SoftwareZero()
         self._messages = MessageQueue()
 
     @property
@@ -177,7 +176,7 @@ class LslStream:
     def open(self) -> None:
         """Find the stream, learn its channels, and see that its stamps are of liblsl's clock."""
         self.close()
-        self._zero = self._latest = None
+        self._zero = SoftwareZero()
         self._last = -np.inf
         try:
             info = self._connect(SEARCH_SECONDS)
@@ -230,16 +229,11 @@ class LslStream:
         now = time.monotonic()
         self._next = now + GATHER_SECONDS
         values = np.concatenate([[first], self._buffer[: len(stamps)]]).astype(np.float64)
-        self._latest = values[-1].copy()
-        if self._zero is not None:
-            values -= self._zero
-        return Block(self._times(np.array([stamp, *stamps]), now), None, values)
+        times = self._times(np.array([stamp, *stamps]), now)
+        return Block(times, None, self._zero.apply(values))
 
     def zero(self) -> None:
-        """Take the present readings for zero; a channel without one keeps the zero it has."""
-        if self._latest is not None:
-            before = np.zeros(len(self.channels)) if self._zero is None else self._zero
-            self._zero = np.where(np.isfinite(self._latest), self._latest, before)
+        self._zero.take()
 
     def take_markers(self) -> list[tuple[float, str]]:
         """Times (s, host's monotonic clock) and texts of the markers since the last call."""

@@ -24,12 +24,14 @@ Window = tuple[int, NDArray[np.float64], NDArray[np.float64]]
 class RingBuffer:
     """The last samples of a device, for any thread; memory is taken once.
 
-    Each sample is written twice, one length of the ring apart, so that any window is one slice.
+    Samples are appended; where there is no more room, the last ones move to the front. So any
+    window is one slice.
     """
 
     def __init__(self, length: int, channels: int) -> None:
         self._length = length
         self._rows = np.zeros((2 * length, 1 + channels))
+        self._end = 0  # of the rows that are filled
         self._lock = threading.Lock()
         #: Samples taken in so far.
         self.count = 0
@@ -39,14 +41,12 @@ class RingBuffer:
         with self._lock:
             self.count += len(times)
             times, values = times[-self._length :], values[-self._length :]
-            n = len(times)
-            at = (self.count - n) % self._length
-            first = min(n, self._length - at)
-            for begin, part in ((at, slice(0, first)), (0, slice(first, n))):
-                rows = part.stop - part.start
-                for place in (begin, begin + self._length):
-                    self._rows[place : place + rows, 0] = times[part]
-                    self._rows[place : place + rows, 1:] = values[part]
+            if self._end + len(times) > len(self._rows):
+                self._rows[: self._length] = self._rows[self._end - self._length : self._end]
+                self._end = self._length
+            new = self._rows[self._end : self._end + len(times)]
+            new[:, 0], new[:, 1:] = times, values
+            self._end += len(times)
 
     def since(self, number: int) -> Window:
         """Copies of all samples from a number on (counted from 0), as far as they are kept.
@@ -62,16 +62,14 @@ class RingBuffer:
             n = min(self.count, self._length)
             if not n:
                 return self._since(self.count)
-            at = (self.count - n) % self._length
-            times = self._rows[at : at + n, 0]
+            times = self._rows[self._end - n : self._end, 0]
             first = int(np.searchsorted(times, times[-1] - seconds))
             return self._since(self.count - n + first)
 
     def _since(self, number: int) -> Window:
         first = max(number, self.count - self._length, 0)
         n = max(self.count - first, 0)
-        at = first % self._length
-        rows = self._rows[at : at + n]
+        rows = self._rows[self._end - n : self._end]
         return first, rows[:, 0].copy(), rows[:, 1:].copy()
 
 

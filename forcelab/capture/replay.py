@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.device import Block, Closable, UnpluggedError
+from forcelab.capture.device import Block, Closable, SoftwareZero, UnpluggedError
 from forcelab.capture.emulator import BURST, VirtualOptoForce, VirtualTextDevice
 from forcelab.demonstration import GAP_PERIODS, Channel, Demonstration
 from forcelab.errors import InputError
@@ -211,18 +211,16 @@ class Replay(Closable):
             return VirtualTextDevice(
                 lambda times: part.values[now(times)],
                 rate,
-                names=part.header,
-                path=Path(f"ttyUSB{number}"),
-                absent=self._absent(number, np.zeros(len(part.values), dtype=np.bool_)),
-                waits=True,
+                Path(f"ttyUSB{number}"),
+                self._absent(number, np.zeros(len(part.values), dtype=np.bool_)),
+                part.header,
             )
         return VirtualOptoForce(
             lambda times: part.counts[now(times)],
             rate,
-            serial=part.serial,
-            path=Path(f"ttyACM{number}"),
-            absent=self._absent(number, part.missing),
-            waits=True,
+            Path(f"ttyACM{number}"),
+            self._absent(number, part.missing),
+            part.serial,
         )
 
     def _absent(
@@ -269,7 +267,7 @@ class RecordedDevice:
         self._signals, self._moments = np.asarray(recording.signals), _Moments(recording)
         self.channels, self.rate = recording.channels, 1.0 / recording.period
         self._length = round(recording.duration * self.rate)
-        self._zero = np.zeros(len(self.channels))
+        self._zero = SoftwareZero()
         self._begun, self._played = time.monotonic(), 0
 
     def reopen(self) -> None:
@@ -293,14 +291,13 @@ class RecordedDevice:
         seconds = ticks % self._length / self.rate
         nearest = self._moments.nearest(seconds)
         present = ~self._moments.in_gap(seconds, nearest)
-        ticks, values = ticks[present], self._signals[nearest[present]] - self._zero
-        return Block(np.full(len(ticks), arrived), ticks, values) if len(ticks) else None
+        ticks, values = ticks[present], self._signals[nearest[present]]
+        if not len(ticks):
+            return None
+        return Block(np.full(len(ticks), arrived), ticks, self._zero.apply(values))
 
     def zero(self) -> None:
-        """Take the present readings for zero; a channel without one keeps the zero it has."""
-        now = np.array([(self._played - 1) % self._length / self.rate])
-        latest = self._signals[self._moments.nearest(now)[0]]
-        self._zero = np.where(np.isfinite(latest), latest, self._zero)
+        self._zero.take()
 
     def remarks(self) -> tuple[str, ...]:
         return ()

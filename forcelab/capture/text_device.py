@@ -24,7 +24,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.device import Block
+from forcelab.capture.device import Block, SoftwareZero
 from forcelab.capture.discovery import find_ports
 from forcelab.capture.serial_port import LONGEST, LineDevice, LineSplitter, Ports
 from forcelab.demonstration import Channel
@@ -379,8 +379,7 @@ class TextDevice(LineDevice):
         self.measured = False
         self._parser = TextParser()
         self._counter: SampleCounter | None = None
-        self._offset: NDArray[np.float64] | None = None
-        self._latest: NDArray[np.float64] | None = None
+        self._zero = SoftwareZero()
         self._junk = 0
 
     @property
@@ -392,7 +391,7 @@ class TextDevice(LineDevice):
         return self._counter is not None
 
     def open(self) -> None:
-        self._parser, self._counter, self._offset = TextParser(), None, None
+        self._parser, self._counter, self._zero = TextParser(), None, SoftwareZero()
         self.rate, self.measured = self._stated_rate, False
         super().open()
 
@@ -408,18 +407,14 @@ class TextDevice(LineDevice):
                 )
             return None
         self._last_arrival = arrived
-        self._latest = lines.values[-1]
-        values = lines.values if self._offset is None else lines.values - self._offset
+        values = self._zero.apply(lines.values)
         ticks = lines.numbers
         if self._counter is not None and lines.times is not None:
             ticks = self._counter.feed(lines.times)
         return Block(np.full(len(lines), arrived), ticks, values)
 
     def zero(self) -> None:
-        """Take the present readings for zero; a channel without one keeps the zero it has."""
-        if self._latest is not None:
-            before = np.zeros(len(self._latest)) if self._offset is None else self._offset
-            self._offset = np.where(np.isfinite(self._latest), self._latest, before)
+        self._zero.take()
 
     def _configure(self) -> None:
         """Wait until it is known what a line holds; what comes meanwhile is dropped."""

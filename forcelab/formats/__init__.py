@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -15,8 +14,9 @@ from typing import Final, Protocol, cast
 from forcelab.errors import InputError
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.signatures import (
-    announced_kind,
+    Format,
     file_head,
+    find_format,
     names_in_zip,
     naming_file,
     seems_to_be,
@@ -24,17 +24,6 @@ from forcelab.formats.signatures import (
 
 #: Where other packages say that they read a format: an entry point whose object is a `Format`.
 ENTRY_POINTS: Final = "forcelab.formats"
-
-
-@dataclass(frozen=True, slots=True)
-class Format:
-    name: str  #: unique
-    description: str  #: a few words that may follow "can read"
-    module: str  #: reads it; imported when it is needed
-    #: first bytes that make it worth importing the module; empty: any that do not announce another
-    #: kind of file
-    starts: tuple[bytes, ...] = ()
-    columns: bool = False  #: whether files have columns or the like, which `preview` tells
 
 
 class _Reader(Protocol):
@@ -111,13 +100,8 @@ def identify(path: str | os.PathLike[str]) -> Format:
     path = Path(path)
     with naming_file(path):
         head = file_head(path)
-        announced = announced_kind(head)
-        for format_ in all_formats():
-            worthwhile = head.startswith(format_.starts) if format_.starts else not announced
-            if not worthwhile or not _module(format_).sniff(path, head):
-                continue
-            if format_ is _TABLE and _is_boris_table(path, head):
-                continue
+        format_ = find_format(all_formats(), "sniff", path, head)
+        if format_ is not None and not (format_ is _TABLE and _is_boris_table(path, head)):
             return format_
         kind = seems_to_be(head)
         if kind.endswith("video"):
@@ -126,9 +110,9 @@ def identify(path: str | os.PathLike[str]) -> Format:
                 f"recording first, then attach the video to it (forcelab attach; in the window "
                 f"Demonstration > Attach video, or a right click in the list)."
             )
-        from forcelab.formats.label_files import identify_labels  # what is labels only is met last
+        from forcelab.formats.label_files import LABEL_FORMATS  # what is labels only is met last
 
-        if identify_labels(path, head) is not None:
+        if find_format(LABEL_FORMATS, "sniff_labels", path, head) is not None:
             raise InputError(
                 f"'{path}' holds labels, which belong to a demonstration: import the recording "
                 f"first, then its labels (forcelab labels; in the window File > Import labels)."

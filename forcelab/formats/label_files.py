@@ -27,7 +27,7 @@ from forcelab.formats.json_values import GZIP
 from forcelab.formats.label_offset import fit_offset
 from forcelab.formats.output_folder import file_names
 from forcelab.formats.samples import LABELS_OF
-from forcelab.formats.signatures import announced_kind, file_head, naming_file, seems_to_be
+from forcelab.formats.signatures import Format, file_head, find_format, naming_file, seems_to_be
 from forcelab.formats.table_sniff import find_layout, head_lines, is_label_name
 from forcelab.formats.track_text import edges_of, nearest, on_samples, with_edges
 from forcelab.jobs import Progress, finish
@@ -127,16 +127,6 @@ class LabelOptions:
             raise InputError(f"An offset is a number of seconds, not {self.offset}.")
 
 
-@dataclass(frozen=True, slots=True)
-class LabelFormat:
-    name: str  #: unique
-    description: str  #: a few words that may follow "can read"
-    module: str  #: reads it; imported when it is needed
-    #: first bytes that make it worth importing the module; empty: any that do not announce another
-    #: kind of file
-    starts: tuple[bytes, ...] = ()
-
-
 class _Reader(Protocol):
     """The interface of a label format's module."""
 
@@ -160,12 +150,12 @@ def _marked(start: bytes) -> tuple[bytes, ...]:
 _TEXTGRID: Final = (b"File type", *_marked(b"File type"), b"ooBinaryFile")
 #: In the order in which they are tried: any text might be a table.
 LABEL_FORMATS: Final = (
-    LabelFormat("elan", "ELAN files (*.eaf)", "forcelab.formats.elan", (b"<", *_marked(b"<"))),
-    LabelFormat("textgrid", "TextGrids of Praat", "forcelab.formats.textgrid", _TEXTGRID),
-    LabelFormat("boris", "projects and event tables of BORIS", "forcelab.formats.boris"),
-    LabelFormat("boris.gz", "compressed projects of BORIS", "forcelab.formats.boris", (GZIP,)),
-    LabelFormat("label-studio", "JSON of Label Studio", "forcelab.formats.label_studio"),
-    LabelFormat(
+    Format("elan", "ELAN files (*.eaf)", "forcelab.formats.elan", (b"<", *_marked(b"<"))),
+    Format("textgrid", "TextGrids of Praat", "forcelab.formats.textgrid", _TEXTGRID),
+    Format("boris", "projects and event tables of BORIS", "forcelab.formats.boris"),
+    Format("boris.gz", "compressed projects of BORIS", "forcelab.formats.boris", (GZIP,)),
+    Format("label-studio", "JSON of Label Studio", "forcelab.formats.label_studio"),
+    Format(
         "table",
         "tables of start, end and action (CSV, TSV, Audacity)",
         "forcelab.formats.label_tables",
@@ -218,25 +208,11 @@ def _without_ending(stem: str) -> str:
     return stem
 
 
-def identify_labels(path: Path, head: bytes) -> LabelFormat | None:
-    """Tell a label file's format by its content, which begins with `head`; None if it is none."""
-    announced = announced_kind(head)
-    for format_ in LABEL_FORMATS:
-        worthwhile = head.startswith(format_.starts) if format_.starts else not announced
-        if worthwhile and _module(format_).sniff_labels(path, head):
-            return format_
-    return None
-
-
-def _module(format_: LabelFormat) -> _Reader:
-    return cast(_Reader, import_module(format_.module))
-
-
 def _reader(path: Path) -> _Reader:
     """The module that reads a file; the error says what the file seems to be."""
     head = file_head(path)
-    if (format_ := identify_labels(path, head)) is not None:
-        return _module(format_)
+    if (format_ := find_format(LABEL_FORMATS, "sniff_labels", path, head)) is not None:
+        return cast(_Reader, import_module(format_.module))
     layout = find_layout(head_lines(head)) if seems_to_be(head) == "text" else None
     names = [column.name for column in layout.columns] if layout is not None else []
     if any(is_label_name(name) or name.startswith(LABELS_OF) for name in names):

@@ -1,4 +1,4 @@
-"""What a file seems to be, by its first bytes; and sentences on one that cannot be read."""
+"""What a file is, or seems to be, by its first bytes; sentences on one that cannot be read."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ import stat
 import struct
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Final
 
@@ -92,6 +94,29 @@ def seems_to_be(head: bytes) -> str:
         return "a file of zeros, as a failed copy leaves it"
     printable = sum(byte >= 32 or byte in b"\t\n\r\f" for byte in head[:4096])
     return "text" if printable == len(head[:4096]) else "unknown binary data"
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """A format that recordings, or labels, can be read from."""
+
+    name: str  #: unique
+    description: str  #: a few words that may follow "can read"
+    module: str  #: reads it; imported when it is needed
+    #: first bytes that make it worth importing the module; empty: any that do not announce another
+    #: kind of file
+    starts: tuple[bytes, ...] = ()
+    columns: bool = False  #: whether files have columns or the like, which `preview` tells
+
+
+def find_format(formats: Sequence[Format], sniff: str, path: Path, head: bytes) -> Format | None:
+    """The first format whose module says, by its function `sniff`, that a file is of it."""
+    announced = announced_kind(head)
+    for format_ in formats:
+        worthwhile = head.startswith(format_.starts) if format_.starts else not announced
+        if worthwhile and getattr(import_module(format_.module), sniff)(path, head):
+            return format_
+    return None
 
 
 def file_head(path: Path) -> bytes:

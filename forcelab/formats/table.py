@@ -126,7 +126,7 @@ def make_recording(
 ) -> Recording:
     """A demonstration of the rows of a table, with its labels and those `beside` its file."""
     if body.times is not None and roles.nanoseconds is not None:
-        nanoseconds = body.values[roles.nanoseconds]
+        nanoseconds = body.table[:, body.numeric.index(roles.nanoseconds)]
         if (nanoseconds >= 1e9).any():
             rest = layout.columns[roles.nanoseconds].name
             raise InputError(
@@ -146,7 +146,7 @@ def make_recording(
     if indices != body.numeric or not repaired.kept.all():
         signals = np.empty((repaired.times.size, len(indices)))
         for place, index in enumerate(indices):
-            signals[:, place] = body.values[index][repaired.kept]
+            signals[:, place] = table.values[index][repaired.kept]
     channels = tuple(Channel(layout.columns[i].name, layout.columns[i].unit) for i in indices)
     unrequested = [column for column, i in enumerate(indices) if i not in roles.signals]
     remarks += [
@@ -188,11 +188,6 @@ class TableBody:
     lines: NDArray[np.int64] | range  #: 1-based line of each row
     ragged: NDArray[np.bool_]  #: rows with another number of cells: all their samples are missing
     times: RawTimestamps | None = None  #: of the column of times
-
-    @property
-    def values(self) -> dict[int, NDArray[np.float64]]:
-        """The numbers of each numeric column, by index."""
-        return dict(zip(self.numeric, self.table.T, strict=True))
 
 
 def as_cells(column: NDArray[Any] | list[str]) -> list[str]:
@@ -436,8 +431,10 @@ class _Table:
 
     def __init__(self, layout: Layout, roles: ColumnRoles, body: TableBody) -> None:
         self.layout, self.roles, self.body = layout, roles, body
+        #: The numbers of each numeric column, by index.
+        self.values = dict(zip(body.numeric, body.table.T, strict=True))
         self.counters: Mapping[int, NDArray[np.float64]] = counter_columns(
-            layout, roles, body.values
+            layout, roles, self.values
         )
         self.label = label_column(layout, roles, body.words)
         #: The column whose counts stand in for times, where there are none.
@@ -475,7 +472,7 @@ class _Table:
         elif words is not None:
             why = "empty" if words.empty else "words, not numbers"
         elif is_index(column, self.layout.cells(index)) and continues_name(
-            self.body.values[index], column
+            self.values[index], column
         ):
             why = "it only counts the rows"
         else:
@@ -546,7 +543,7 @@ def _even_times(table: _Table, options: ReadOptions) -> RepairedTimestamps:
     result = f"{lost:,} of {total:,} were lost" if lost else "none was lost"
     name = layout.columns[counter].name
     remarks.append(f"'{name}' counts the samples and places the rows: {result}.")
-    restarts = counter_restarts(table.body.values[counter])
+    restarts = counter_restarts(table.values[counter])
     if restarts.size:
         how_often = "once" if restarts.size == 1 else f"{restarts.size:,} times"
         remarks.append(

@@ -20,7 +20,7 @@ from forcelab.measure.rows import Judgement, Row, Table, timed_row, with_front
 from forcelab.measure.timing import Method, Timed, timed_methods
 from forcelab.simulation.hand import KNOT_STEP, Trajectory, minimum_jerk, tremor
 from forcelab.simulation.mechanics import Layout, Mechanics
-from forcelab.simulation.scene import Arm, Body, Ground, Holder, Jaws, Scene, Socket
+from forcelab.simulation.scene import Arm, Array, Body, Ground, Holder, Jaws, Scene, Socket
 from forcelab.simulation.solvers import (
     Explicit,
     Lsoda,
@@ -30,7 +30,6 @@ from forcelab.simulation.solvers import (
     Solver,
     integrate,
 )
-from forcelab.simulation.system import Array, System
 from forcelab.text import counted
 
 DURATION = 1.0
@@ -43,7 +42,7 @@ TREMOR = 5e-5
 
 @dataclass(frozen=True)
 class Problem:
-    system: System
+    system: Mechanics
     start: Array  # (s, b), states at the first time
     times: Array  # (n,), at which the forces are compared, s, evenly spaced, n >= 2
     #: From `times` and states of shape (n, s, b) to forces of shape (n, c, b), N.

@@ -72,11 +72,7 @@ class ActionRename:
 
 
 class ActionStore:
-    """The actions of a project's tasks; ``project.actions``.
-
-    What is not there, and a name that no action may have, is an `InputError`; nothing was changed
-    then.
-    """
+    """The actions of a project's tasks; ``project.actions``."""
 
     def __init__(self, database: Database, tracks: TrackStore, coding: CodingStore) -> None:
         self._db = database
@@ -124,11 +120,23 @@ class ActionStore:
         before: Vocabulary | None = None,
         recoloured: str = "",
     ) -> bool:
-        """Replace the actions of a task; no label changes. Gives whether it was written.
+        """Replace the actions of a task; no label changes.
 
-        Nothing is written where another process has changed the vocabulary `before` that this one
-        is made from. Other tasks where the `recoloured` action looked as it did here follow, unless
-        it would need a texture there.
+        Parameters
+        ----------
+        task : str
+        vocabulary : Vocabulary
+            The actions from now on.
+        before : Vocabulary, optional
+            What it is made from: where another process has changed that, nothing is written.
+        recoloured : str, optional
+            The action that has got another colour. Other tasks where it looked as it did here
+            follow, unless it would need a texture there.
+
+        Returns
+        -------
+        bool
+            Whether it was written.
         """
         with self._db.writing():
             old = self.vocabulary(task)
@@ -167,7 +175,13 @@ class ActionStore:
         ]
 
     def add(self, task: str, names: Iterable[str]) -> Vocabulary:
-        """Add the actions that a task's vocabulary lacks; gives all that it has then."""
+        """Add the actions that a task's vocabulary lacks; gives all that it has then.
+
+        Raises
+        ------
+        InputError
+            If a name is blank, or a new one says that there is no action.
+        """
         with self._db.writing():
             old = self.vocabulary(task)
             new = old.with_actions(*names, like=self.elsewhere(task))
@@ -180,7 +194,7 @@ class ActionStore:
     def preview_rename(
         self, author: str, old: str, new: str, tasks: Collection[str] | None = None
     ) -> ActionRename:
-        """What :meth:`rename` would change; refuses what that does."""
+        """What :meth:`rename` would change; parameters and errors are those of it."""
         known = {
             task: vocabulary
             for task, vocabulary in self.vocabularies().items()
@@ -235,13 +249,34 @@ class ActionStore:
     ) -> ActionRename:
         """Rename an action in all of a coder's tracks, one edit a track, all or nothing.
 
-        Only in demonstrations of these `tasks`, if they are given. Each edit stands in the history
-        of its track and can be undone there, or all of them at once by ``tracks.undo_everywhere``.
-        The action keeps its colour and its key; where others use it, the old name stays for them
-        with the next that are free. Predictions, recognisers and runs keep the old name.
+        Each edit stands in the history of its track and can be undone there, or all of them at
+        once by ``tracks.undo_everywhere``. The action keeps its colour and its key; where others
+        use it, the old name stays for them with the next that are free. Predictions, recognisers
+        and runs keep the old name.
 
-        Where there is an action of the new name, `merge` must be given: what had the two names
-        cannot be told apart any more then, but by the history; no segments become one.
+        Parameters
+        ----------
+        author : str
+            The coder; nobody else's labels change.
+        old, new : str
+            The names.
+        tasks : collection of str, optional
+            Only in demonstrations of these tasks.
+        merge : bool
+            Whether the new name may be that of an action there is. What had the two names cannot
+            be told apart any more, but by the history; no segments become one.
+
+        Returns
+        -------
+        ActionRename
+            What has changed.
+
+        Raises
+        ------
+        InputError
+            If there is no such action, only others have segments of it, the new name is blank, the
+            old one or says that there is none, or an action has it and `merge` is not given.
+            Nothing was changed then.
         """
         with self._db.writing():
             change = self.preview_rename(author, old, new, tasks)

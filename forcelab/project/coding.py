@@ -36,11 +36,7 @@ _TICK = timedelta(microseconds=1)
 
 
 class CodingStore:
-    """Coders, what is assigned to them, their notes and verdicts; ``project.coding``.
-
-    What is not there, an author without a name or a model is an `InputError`; nothing was changed
-    then.
-    """
+    """Coders, what is assigned to them, their notes and verdicts; ``project.coding``."""
 
     def __init__(self, database: Database) -> None:
         self._db = database
@@ -64,10 +60,23 @@ class CodingStore:
         return tuple(dict.fromkeys([*self.coders(), *assigned, *noted]))
 
     def assign(self, demonstration: str, author: str, blind: bool = True) -> Assignment:
-        """Assign a demonstration to a coder, who need not have labelled anything yet.
+        """Assign a demonstration to a coder.
 
-        Until it is done, what is assigned `blind` hides the other tracks and all predictions from
-        the coder. What is assigned already keeps its time and whether it is done.
+        What is assigned already keeps its time and whether it is done.
+
+        Parameters
+        ----------
+        demonstration : str
+            Its id.
+        author : str
+            The coder, who need not have labelled anything yet.
+        blind : bool
+            Whether the other tracks and all predictions are hidden from the coder until done.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration, or the author has no name or is a model.
         """
         with self._db.writing():
             self._db.demonstration(demonstration)
@@ -78,7 +87,13 @@ class CodingStore:
             return self._standing_assignment(demonstration, author)
 
     def unassign(self, demonstration: str, author: str) -> None:
-        """Take an assignment back; no label changes."""
+        """Take an assignment back; no label changes.
+
+        Raises
+        ------
+        InputError
+            If the demonstration is not assigned to the author.
+        """
         with self._db.writing():
             self._standing_assignment(demonstration, author)
             self._insert_assignment(demonstration, author, "removed")
@@ -87,6 +102,12 @@ class CodingStore:
         """Mark a demonstration as done by a coder, or open it again; both are kept for ever.
 
         What is not assigned to the coder is assigned openly when it is marked as done.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration, the author has no name or is a model, or what is
+            to be opened again is not assigned to the author.
         """
         with self._db.writing():
             if done and self._assignment(demonstration, author) is None:
@@ -144,7 +165,19 @@ class CodingStore:
     def set_note(self, demonstration: str, author: str, text: str) -> None:
         """Write a coder's note on a demonstration in place of the one there, which stays known.
 
-        The coder need not have labelled anything yet; ``""`` takes the note away.
+        Parameters
+        ----------
+        demonstration : str
+            Its id.
+        author : str
+            The coder, who need not have labelled anything yet.
+        text : str
+            As of :class:`~forcelab.project.records.Note`; ``""`` takes the note away.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration, or the author has no name or is a model.
         """
         with self._db.writing():
             self._db.demonstration(demonstration)
@@ -181,8 +214,10 @@ class CodingStore:
     def notes(self, viewer: str | None = None) -> tuple[Note, ...]:
         """The notes that count, of each demonstration and coder the latest; the oldest one first.
 
-        Without those of others than the `viewer`, if one is given, on what that coder is to code
-        blind.
+        Parameters
+        ----------
+        viewer : str, optional
+            A coder who is to see no note of others on what is to be coded blind.
         """
         latest = {(note.demonstration, note.author): note for note in self.note_events()}
         hidden = self.blind_to(viewer) if latest and viewer is not None else frozenset()
@@ -216,8 +251,20 @@ class CodingStore:
     def add_verdict(self, verdict: Verdict) -> StoredVerdict:
         """Keep a verdict for ever; no label changes.
 
-        One of the kind ``"withdrawn"`` takes back what was said of the same place before. Gives it
-        with its number, and with the time now where it had none.
+        Parameters
+        ----------
+        verdict : Verdict
+            One of the kind ``"withdrawn"`` takes back what was said of the same place before.
+
+        Returns
+        -------
+        StoredVerdict
+            With its number, and with the time now where it had none.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration or run, the stretch is empty, or a name is blank.
         """
         return self.add_verdicts((verdict,))[0]
 
@@ -228,9 +275,20 @@ class CodingStore:
             return tuple(_insert_verdict(self._db, verdict) for verdict in verdicts)
 
     def verdicts(self, demonstration: str | None = None) -> tuple[StoredVerdict, ...]:
-        """The verdicts that count, in the order in which they were given.
+        """The verdicts that count: of each place the latest, unless it was withdrawn.
 
-        Of each :attr:`Verdict.place` that is the latest, unless it was withdrawn.
+        A place is a stretch of a coder's labels over a demonstration with what coder and model see
+        there; see :attr:`Verdict.place`.
+
+        Parameters
+        ----------
+        demonstration : str, optional
+            Its id; by default those on all demonstrations.
+
+        Returns
+        -------
+        tuple of StoredVerdict
+            In the order in which they were given.
         """
         latest = {verdict.place: verdict for verdict in self.verdict_events(demonstration)}
         counting = (verdict for verdict in latest.values() if verdict.verdict != "withdrawn")

@@ -66,10 +66,7 @@ _LABELLED = """
 
 
 class DemonstrationStore:
-    """The demonstrations of a project; ``project.demonstrations``.
-
-    What is not there, or cannot be changed as asked, is an `InputError`; nothing was changed then.
-    """
+    """The demonstrations of a project; ``project.demonstrations``."""
 
     def __init__(
         self, database: Database, tracks: TrackStore, actions: ActionStore, coding: CodingStore
@@ -96,7 +93,13 @@ class DemonstrationStore:
         )
 
     def info(self, demonstration: str) -> DemonstrationInfo:
-        """The name, task, length and labelled time of a demonstration, by its id."""
+        """The name, task, length and labelled time of a demonstration, by its id.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration.
+        """
         query = f"{_LABELLED} WHERE track.demonstration = ? ORDER BY author.id"
         return _info(
             self._db.demonstration(demonstration),
@@ -110,7 +113,13 @@ class DemonstrationStore:
         return tuple(sorted((row["task"] for row in rows), key=natural_order))
 
     def check_task(self, task: str) -> None:
-        """Refuse a task that no demonstration has."""
+        """Refuse a task that no demonstration has.
+
+        Raises
+        ------
+        InputError
+            If it is none; the sentence names those that there are.
+        """
         tasks = self.tasks()
         if task not in tasks:
             raise InputError(unknown_word("task", task, tasks or ("none at all",)))
@@ -118,15 +127,31 @@ class DemonstrationStore:
     def id_of(self, key: str) -> str:
         """The id of a demonstration, whose files are not looked at.
 
-        `key` is its id, its name, or the first six or more digits of its id.
+        Parameters
+        ----------
+        key : str
+            Its id, its name, or the first six or more digits of its id.
+
+        Raises
+        ------
+        InputError
+            If there is none or more than one such demonstration.
         """
         return str(self._find(key)["id"])
 
     def load(self, key: str) -> Demonstration:
-        """Load a demonstration by its `key`, as of :meth:`id_of`.
+        """Load a demonstration; its arrays are mapped into memory, read-only.
 
-        Its arrays are mapped into memory, read-only. Refused if a file is missing, truncated or
-        another.
+        Parameters
+        ----------
+        key : str
+            Its id, its name, or the first six or more digits of its id.
+
+        Raises
+        ------
+        InputError
+            If there is none or more than one such demonstration, or a file of it is missing,
+            truncated or another one.
         """
         row = self._find(key)
         home = self._db.demonstration_folder(row["id"])
@@ -158,14 +183,26 @@ class DemonstrationStore:
         return demonstration
 
     def truth(self, demonstration: str) -> dict[str, Any] | None:
-        """The truth that was stored when it was added; None for all but simulated ones."""
+        """The truth that was stored when it was added; None for all but simulated ones.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration or the file is damaged.
+        """
         self._db.demonstration(demonstration)
         return files.read_json(self._db.demonstration_folder(demonstration) / _TRUTH)
 
     def add(
         self, demonstration: Demonstration, tracks: Iterable[Track] = (), source: str = ""
     ) -> AddResult:
-        """Add one demonstration; see :meth:`add_all`."""
+        """Add one demonstration; see :meth:`add_all`.
+
+        Parameters
+        ----------
+        demonstration, tracks, source
+            As of :class:`NewDemonstration`.
+        """
         return self.add_all([NewDemonstration(demonstration, tuple(tracks), source)])[0]
 
     def add_all(self, demonstrations: Iterable[NewDemonstration]) -> tuple[AddResult, ...]:
@@ -177,8 +214,21 @@ class DemonstrationStore:
         imported; if it was edited since, it stays. Actions that the task's vocabulary lacks are
         added to it, with the looks that were given where these are free.
 
-        Labels that lie beyond their recording by more than a second and 5 % of it are refused.
-        Gives what became of each, in this order.
+        Parameters
+        ----------
+        demonstrations : iterable of NewDemonstration
+            What is to be added, in this order.
+
+        Returns
+        -------
+        tuple of AddResult
+            What became of each.
+
+        Raises
+        ------
+        InputError
+            If a video cannot be read, two tracks of a demonstration have one author, or labels lie
+            beyond their recording by more than a second and 5 % of it; nothing was added.
         """
         incoming = tuple(demonstrations)
         for each in incoming:
@@ -225,8 +275,15 @@ class DemonstrationStore:
     def import_labels(self, imports: Iterable[LabelImport]) -> None:
         """Store labels from files on demonstrations that are there, one edit a track, all or none.
 
-        Actions that a task's vocabulary lacks are added to it. `StaleTrackError` if a track is not
-        what it was when the import was prepared.
+        Actions that a task's vocabulary lacks are added to it.
+
+        Raises
+        ------
+        StaleTrackError
+            If a track is not what it was when the import was prepared.
+        InputError
+            If there is no such demonstration, labels lie beyond it by more than a second and 5 %
+            of it, or the author is a model.
         """
         with self._db.writing():
             for each in imports:
@@ -240,10 +297,22 @@ class DemonstrationStore:
                 self._actions.extend(self._db.demonstration(id_)["task"], id_, Vocabulary())
 
     def set_task(self, demonstration: str, task: str) -> None:
-        """Put a demonstration into another task, which need not be known; ``""`` for none.
+        """Put a demonstration into another task; its vocabulary gets the actions it lacks.
 
-        Its vocabulary gets the actions it lacks. The task that it leaves gives up the actions that
-        came with its import and that no other demonstration there has.
+        The task that it leaves gives up the actions that came with its import and that no other
+        demonstration there has.
+
+        Parameters
+        ----------
+        demonstration : str
+            Its id.
+        task : str
+            The task, which need not be known; ``""`` for none.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration, or another one of the task has its name.
         """
         task = " ".join(task.split())
         check_length(task, "task")
@@ -267,7 +336,14 @@ class DemonstrationStore:
             self._actions.drop_imported(row["task"], demonstration)
 
     def rename(self, demonstration: str, name: str) -> None:
-        """Give a demonstration another name, which no other one of its task may have."""
+        """Give a demonstration another name.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration, the name is blank, or another demonstration of the
+            task has it.
+        """
         name = name.strip()
         if not name:
             raise InputError("A demonstration needs a name.")
@@ -289,8 +365,18 @@ class DemonstrationStore:
     def discard(self, demonstration: str, heads: Mapping[str, int]) -> None:
         """Remove a recording that was not worth keeping, for good, with what was marked live.
 
-        It stays if it was labelled, assigned, reviewed or used for training or evaluation since it
-        was added: `heads` are the ``tracks.head`` of each author's track then.
+        Parameters
+        ----------
+        demonstration : str
+            Its id.
+        heads : mapping of str to int
+            Of each author, the ``tracks.head`` of the track it was added with.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration, or it was labelled, assigned, reviewed or used for
+            training or evaluation since: it stays then.
         """
         self._remove(
             [demonstration], lambda id_: self._what_was_done(id_, heads), "since it was recorded"
@@ -299,9 +385,18 @@ class DemonstrationStore:
     def remove_all(self, heads: Mapping[str, Mapping[str, int]]) -> None:
         """Remove demonstrations for good, with videos, everybody's labels, notes and assignments.
 
-        All or none of them: all stay if a coder's labels are others than may go. `heads` are, by
-        the id of each, the ``tracks.head`` of each coder's track. Runs and recognisers stay; what
-        they were made of cannot be looked up any more.
+        All or none of them. Runs and recognisers stay; what they were made of cannot be looked up
+        any more.
+
+        Parameters
+        ----------
+        heads : mapping of str to mapping of str to int
+            By the id of each, of each coder whose labels may go, the ``tracks.head`` of the track.
+
+        Raises
+        ------
+        InputError
+            If there is none of one of them, or a coder's labels are others than those: all stay.
         """
         self._remove(heads, lambda id_: self._labelled_since(id_, heads[id_]), "meanwhile")
         give_back(self._db)

@@ -75,8 +75,22 @@ class MediaStore:
     ) -> None:
         """Copy a video into the project, as a further one or in place of the one of its name.
 
-        By default it takes the place of the first one, and its clock is that of the forces. What is
-        in it is not looked at.
+        Parameters
+        ----------
+        demonstration : str
+            Its id.
+        path : path-like
+            The video; what is in it is not looked at.
+        clock : ClockMap, optional
+            From the video's own timestamps to force time; by default both are the same.
+        name : str, optional
+            What it is called among the demonstration's videos, such as ``"left"``; by default it
+            takes the place of the first one.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration or the video cannot be read; nothing was changed.
         """
         row = self._db.demonstration(demonstration)
         root = self._db.folder / DEMONSTRATIONS
@@ -101,7 +115,13 @@ class MediaStore:
         remove_unused_videos(self._db, demonstration, before)
 
     def remove_video(self, demonstration: str, name: str) -> None:
-        """Remove one of a demonstration's videos from the project, for good."""
+        """Remove one of a demonstration's videos from the project, for good.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration or it has no video of that name.
+        """
         with self._db.writing():
             self._video_row(demonstration, name)
             before = video_rows(self._db, demonstration)
@@ -113,7 +133,19 @@ class MediaStore:
     def set_video_clock(self, demonstration: str, clock: ClockMap, name: str | None = None) -> None:
         """Set how the clock of a demonstration's video maps onto the force clock.
 
-        Of several videos `name` says which one; by default it is the first.
+        Parameters
+        ----------
+        demonstration : str
+            Its id.
+        clock : ClockMap
+            From the video's own timestamps to force time.
+        name : str, optional
+            Which of several videos it is; by default the first one.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration or it has no such video.
         """
         with self._db.writing():
             video = self._video_row(demonstration, name)
@@ -123,10 +155,6 @@ class MediaStore:
         """Store a recording's raw stamps beside it, in place of those there: numbers and names."""
         path = self._folder(demonstration) / STAMPS
         self._db.refuse_read_only()
-        if any(array.dtype.hasobject for array in arrays.values()):
-            raise InputError(
-                f"Stamps of '{demonstration}' are no plain numbers and names; convert them first."
-            )
         # As numpy.savez_compressed writes it, at the level that costs a third of the time and
         # almost no room: what arrives together has one stamp, and the low digits of the others do
         # not compress.

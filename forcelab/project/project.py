@@ -76,7 +76,13 @@ class Project:
 
     @staticmethod
     def vacant(path: str | PathLike[str]) -> bool:
-        """Whether a new project can be made there: nothing exists, or an empty folder."""
+        """Whether a new project can be made there: nothing exists, or an empty folder.
+
+        Raises
+        ------
+        InputError
+            If the folder cannot be looked at.
+        """
         with files.file_errors(f"'{path}' cannot be opened"):
             folder = Path(path)
             return not folder.exists() or (folder.is_dir() and not any(folder.iterdir()))
@@ -174,7 +180,13 @@ class Project:
         return self._db.read_only
 
     def refuse_read_only(self) -> None:
-        """Raise InputError if it is :attr:`read_only`, before the work for a change is done."""
+        """Make sure that it may be changed here, before the work for it is done.
+
+        Raises
+        ------
+        InputError
+            If it is :attr:`read_only`.
+        """
         self._db.refuse_read_only()
 
     def close(self) -> None:
@@ -220,7 +232,10 @@ class Project:
     def snapshot(self) -> Iterator[None]:
         """Reading inside this block shows one moment, whatever other processes commit.
 
-        To change the project inside is a mistake of the program, a RuntimeError.
+        Raises
+        ------
+        RuntimeError
+            If the project is changed inside the block, which is a mistake of the program.
         """
         with self._db.reading():
             yield

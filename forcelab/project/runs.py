@@ -155,10 +155,7 @@ class RunUse:
 
 
 class RunStore:
-    """The runs and recognisers of a project; ``project.runs``.
-
-    What is not there, or has no name, is an `InputError`; nothing was changed then.
-    """
+    """The runs and recognisers of a project; ``project.runs``."""
 
     def __init__(self, database: Database) -> None:
         self._db = database
@@ -168,6 +165,13 @@ class RunStore:
         return tuple(map(_run, self._db.all(f"SELECT {_RUN} FROM run ORDER BY id")))
 
     def get(self, number: int) -> StoredRun:
+        """One run.
+
+        Raises
+        ------
+        InputError
+            If there is no such run, or it is damaged.
+        """
         return _run(self._row(number))
 
     def summaries(self, kind: str | None = None) -> tuple[RunSummary, ...]:
@@ -181,7 +185,21 @@ class RunStore:
         return tuple(map(_summary, rows))
 
     def add(self, kind: str, provenance: Provenance, result: Mapping[str, Any]) -> int:
-        """Add a result that JSON can hold, and how it was computed; gives its number."""
+        """Add a result and how it was computed; gives its number.
+
+        Parameters
+        ----------
+        kind : str
+            Such as ``"evaluate"``; not blank.
+        provenance : Provenance
+        result : mapping
+            What came out; anything that JSON can hold.
+
+        Raises
+        ------
+        InputError
+            If it has no kind or labels are not in the project.
+        """
         columns = self._provenance_columns(provenance)
         with self._db.writing():
             return self._insert_run(kind, result, columns)
@@ -189,9 +207,20 @@ class RunStore:
     def add_recogniser(
         self, name: str, data: bytes | str | PathLike[str], provenance: Provenance
     ) -> str:
-        """Add a recogniser's content or file, opaque here, and how it was made; gives its id.
+        """Add a recogniser's file, which stays opaque here, and how it was made; gives its id.
 
-        The same content is stored once, as it was added first.
+        Parameters
+        ----------
+        name : str
+            For people; not blank.
+        data : bytes or path-like
+            Its content, or the file. The same content is stored once, as it was added first.
+        provenance : Provenance
+
+        Raises
+        ------
+        InputError
+            If it has no name, labels are not in the project or the file cannot be read.
         """
         columns = self._provenance_columns(provenance)
         with files.file_errors(f"The recogniser '{name}' was not added to '{self._db.folder}'"):
@@ -232,6 +261,13 @@ class RunStore:
         return tuple(map(_recogniser, self._db.all("SELECT * FROM recogniser ORDER BY rowid")))
 
     def recogniser_path(self, id_: str) -> Path:
+        """The file of a recogniser.
+
+        Raises
+        ------
+        InputError
+            If there is no such recogniser or its file is missing.
+        """
         if not self._db.one("SELECT 1 FROM recogniser WHERE id = ?", id_):
             raise InputError(
                 f"There is no recogniser '{id_}' in '{self._db.folder}' any more; train it again."
@@ -260,7 +296,13 @@ class RunStore:
         return tuple(used for used in labels if used.demonstration in existing_ids)
 
     def uses(self, number: int | None = None) -> tuple[RunUse, ...]:
-        """What a run, or every one, takes up and what depends on it, the first one first."""
+        """What runs take up on the disk and what depends on them, the first one first.
+
+        Parameters
+        ----------
+        number : int, optional
+            Only of this run; by default of every one.
+        """
         # The older way reads all of a result to tell how long it is.
         new = sqlite3.sqlite_version_info >= (3, 43)
         length = "octet_length(result)" if new else "length(CAST(result AS BLOB))"
@@ -298,6 +340,11 @@ class RunStore:
         Labels stay, those accepted from its predictions, too, and still tell who proposed them;
         verdicts stay, but no longer tell which run they were given on. A recogniser that another
         run has as well stays. Room that is free then is given back to the disk.
+
+        Raises
+        ------
+        InputError
+            If there is no such run.
         """
         with self._db.writing():
             self._row(number, "id")
@@ -329,7 +376,13 @@ class RunStore:
         return True
 
     def remove_recogniser(self, id_: str) -> None:
-        """Delete a recogniser for good; a run that it belongs to keeps what it found."""
+        """Delete a recogniser for good; a run that it belongs to keeps what it found.
+
+        Raises
+        ------
+        InputError
+            If there is no such recogniser.
+        """
         with self._db.writing():
             if not self._db.one("SELECT 1 FROM recogniser WHERE id = ?", id_):
                 raise InputError(

@@ -250,15 +250,36 @@ class TrackStore:
     ) -> Edit:
         """Change a track, as one transaction that is in the store when this returns.
 
-        The author's whole track is `before` and becomes `after`: a coder paints, a model predicts,
-        and nobody is ever both. `what` is a line of history for people, such as ``"grab 1.25-1.73 s
-        moved to 1.244"``; `proposed_by` the model whose prediction a coder accepts with it; `time`
-        is in UTC, by default now. In place of the track's latest edit, if `replacing` is its
-        number: one undo then takes back both, and the history has one line.
+        Parameters
+        ----------
+        demonstration : str
+            Its id.
+        author : str
+            Whose track is changed, and who changes it. Whoever paints is a coder, whoever predicts
+            is a model, and nobody is ever both.
+        before, after : tuple of Segment
+            The whole track as it is, and as it becomes.
+        what : str
+            A line of history for people, such as ``"grab 1.25-1.73 s moved to 1.244"``.
+        kind : "paint", "predict" or "import"
+            Whether a person labelled, a model predicted, or the labels came from a file.
+        proposed_by : str, optional
+            The model whose prediction a person accepts with this edit.
+        replacing : int, optional
+            The number of the track's latest edit, in whose place this one is: one undo then takes
+            back both, and the history has one line.
+        time : datetime, optional
+            In UTC; by default now.
 
-        `StaleTrackError` if the track is not `before`, or `replacing` not its latest edit. Labels
-        farther beyond the recording than any before, and by more than a second and 5 % of it, are
-        refused.
+        Raises
+        ------
+        StaleTrackError
+            If the track is not `before`, or `replacing` not its latest edit, as another window or
+            process changed it.
+        InputError
+            If there is no such demonstration, segments overlap or are out of order, or lie farther
+            beyond the recording than any before and by more than a second and 5 % of it, or the
+            author is of the other kind, or what proposed is no model. Nothing was written then.
         """
         recording = self._db.demonstration(demonstration)
         before, after = tuple(before), tuple(after)
@@ -369,8 +390,14 @@ class TrackStore:
     ) -> tuple[Edit, ...]:
         """Every edit ever made of a track, the first one first.
 
-        Only so many, the `latest` ones, and only those `before` the edit of that number, if these
-        are given: a long history is read by pages.
+        Parameters
+        ----------
+        demonstration, author : str
+            Whose track over what.
+        latest : int, optional
+            Only so many, the latest ones; a long history is read by pages.
+        before : int, optional
+            Only edits before the one with this number.
         """
         track = self._track_id(demonstration, author)
         if track is None:
@@ -416,8 +443,13 @@ class TrackStore:
 
         A segment keeps its origin, as changed, while a hand moves its edges, splits it, or merges
         it with others; one that gets another action is the coder's. What is taken back takes
-        origins back as well. The mapping stays as it is when the track is edited, and is the same
-        object as long as nothing in it changes, so that it costs a query of the latest edit only.
+        origins back as well.
+
+        Returns
+        -------
+        mapping of Segment to Origin
+            Stays as it is when the track is edited. The same object as long as nothing in it
+            changes, so that it costs a query of the latest edit only.
         """
         origins = self._origins.of(demonstration, author)
         if origins is None:

@@ -127,34 +127,15 @@ OVERLAPS = (10, 25, 50)
 
 
 def edit_distance(a: NDArray[np.int64], b: NDArray[np.int64]) -> int:
-    """Levenshtein distance of two sequences of codes (m,) and (n,).
-
-    Bit-parallel: one column of the usual table is two integers holding the signs of the differences
-    between its neighbouring cells (Myers, "A fast bit-vector algorithm for approximate string
-    matching based on dynamic programming", J. ACM 46(3), 1999; Hyyrö 2003 for the distance of whole
-    sequences). A raw prediction may flicker through 100,000 segments.
-    """
-    short, long = (a, b) if len(a) <= len(b) else (b, a)
-    if len(short) == 0:
-        return len(long)
-    places = {
-        code: int.from_bytes(np.packbits(long == code, bitorder="little").tobytes(), "little")
-        for code in np.unique(short).tolist()
-    }
-    all_bits = (1 << len(long)) - 1
-    bottom = 1 << (len(long) - 1)
-    rises, falls, distance = all_bits, 0, len(long)
-    for code in short.tolist():
-        equal = places[code]
-        diagonal = (((equal & rises) + rises) ^ rises) | equal | falls
-        right_rises = falls | (all_bits & ~(diagonal | rises))
-        right_falls = rises & diagonal
-        distance += bool(right_rises & bottom) - bool(right_falls & bottom)
-        right_rises = ((right_rises << 1) | 1) & all_bits
-        right_falls = (right_falls << 1) & all_bits
-        rises = right_falls | (all_bits & ~(diagonal | right_rises))
-        falls = right_rises & diagonal
-    return distance
+    """Levenshtein distance of two sequences of codes (m,) and (n,)."""
+    short, long = sorted((a, b), key=len)
+    places = np.arange(len(long) + 1)
+    row = places
+    for number, code in enumerate(short.tolist(), 1):
+        # Of the usual table a row at a time: from above and across, then along it.
+        above = np.minimum(row[1:] + 1, row[:-1] + (long != code))
+        row = np.minimum.accumulate(np.concatenate([[number], above]) - places) + places
+    return int(row[-1])
 
 
 def edit_score(over: Overlay) -> float | None:

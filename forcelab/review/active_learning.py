@@ -11,9 +11,6 @@ expected: no rule that was tried gains on all recordings (:mod:`tests.benchmarks
 
 .. [1] Zadrozny and Elkan, "Obtaining calibrated probability estimates from decision trees and naive
    Bayesian classifiers", ICML 2001.
-
-.. [2] Zadrozny and Elkan, "Transforming classifier scores into accurate multiclass probability
-   estimates", KDD 2002: pool adjacent violators.
 """
 
 from __future__ import annotations
@@ -93,8 +90,11 @@ def calibrate_confidence(run: RunResult) -> ConfidenceCalibration:
     tested = np.flatnonzero(total >= LEAST)
     if not len(tested):
         return ConfidenceCalibration((np.arange(BINS) + 0.5) / BINS, 0.0)
-    rising = _pool_adjacent_violators(right[tested] / total[tested], total[tested])
-    accuracy = np.interp(np.arange(BINS), tested, rising)
+    from scipy.optimize import isotonic_regression  # takes long to load
+
+    # Higher confidence is not less often right.
+    rising = isotonic_regression(right[tested] / total[tested], weights=total[tested])
+    accuracy = np.interp(np.arange(BINS), tested, rising.x)
     return ConfidenceCalibration(accuracy, float(total.sum()))
 
 
@@ -127,22 +127,6 @@ def uncertainty(trace: ProbabilityTrace) -> float:
     """
     defined = trace.known
     return float(1.0 - _confidence(trace)[defined].mean()) if defined.any() else 0.0
-
-
-def _pool_adjacent_violators(values: Real, weights: Real) -> Real:
-    """The nearest values that never fall: higher confidence is not less often right.
-
-    Neighbours that fall are replaced by their mean, until none is left [2]_.
-    """
-    pools: list[tuple[float, float, int]] = []
-    for value, weight in zip(values.tolist(), weights.tolist(), strict=True):
-        mean, mass, count = value, weight, 1
-        while pools and pools[-1][0] >= mean:
-            before, pool_mass, others = pools.pop()
-            mean = (before * pool_mass + mean * mass) / (pool_mass + mass)
-            mass, count = mass + pool_mass, count + others
-        pools.append((mean, mass, count))
-    return np.repeat([mean for mean, _, _ in pools], [count for _, _, count in pools])
 
 
 def _proposal(result: DemonstrationResult, calibration: ConfidenceCalibration) -> Proposal | None:

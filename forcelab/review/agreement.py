@@ -37,7 +37,7 @@ from forcelab.labels import Interval, Segment, Segments, is_model, to_codes
 from forcelab.project import Project
 from forcelab.recognition.intervals import FEWEST, draw_resamples, percentile_interval
 from forcelab.recognition.metrics import OVERLAPS, Overlay, f1, gather_runs, match_segments
-from forcelab.review.differences import Difference, difference_kind
+from forcelab.review.differences import Difference, difference_kind, track_pieces
 from forcelab.runs import Runs
 from forcelab.segment_edits import SLIVER
 
@@ -71,17 +71,6 @@ class TrackPieces:
     def labelled_by_all(self) -> NDArray[np.bool_]:
         """Mask of the pieces that every track labels, shape (p,)."""
         return np.asarray((self.codes >= 0).all(axis=0))
-
-    def joined(self, chosen: NDArray[np.bool_]) -> TrackPieces:
-        """The chosen pieces, with touching ones of the same codes as one."""
-        starts, ends, codes = self.starts[chosen], self.ends[chosen], self.codes[:, chosen]
-        if not len(starts):
-            return TrackPieces(starts, ends, codes)
-        apart = starts[1:] - ends[:-1] > SLIVER
-        cuts = np.flatnonzero(apart | (np.diff(codes) != 0).any(axis=0)) + 1
-        firsts = np.concatenate([[0], cuts])
-        lasts = np.concatenate([cuts, [len(starts)]]) - 1
-        return TrackPieces(starts[firsts], ends[lasts], codes[:, firsts])
 
 
 def overlay_tracks(tracks: Sequence[Segments], actions: Sequence[str]) -> TrackPieces:
@@ -419,35 +408,19 @@ def coder_differences(demonstration: str, a: Segments, b: Segments) -> tuple[Dif
     Only a boundary differs where before and after it both say the same, and in it one says what
     both said before, the other what both say after.
     """
-    if not a and not b:
-        return ()
-    actions = actions_of((a, b))
-    overlay = overlay_tracks((a, b), actions)
-    pieces = overlay.joined(np.ones(len(overlay.starts), dtype=np.bool_))
-    names = (*actions, None)
+    pieces = track_pieces(demonstration, a, b)
+    both = [(piece.human, piece.predicted) for piece in pieces]
     differences = []
-    for i, (first, second) in enumerate(pieces.codes.T.tolist()):
-        if first == second:
-            continue
-        before, after = _common_neighbour(pieces, i, -1), _common_neighbour(pieces, i, 1)
-        edge = before is not None and after is not None and {before, after} == {first, second}
-        actions = names[first], names[second]
-        kind = "boundary" if edge else difference_kind(*actions)
-        start, end = float(pieces.starts[i]), float(pieces.ends[i])
-        differences.append(Difference(demonstration, start, end, *actions, kind=kind))
+    for piece, before, after in zip(
+        pieces, [(None, None), *both], [*both[1:], (None, None)], strict=False
+    ):
+        if piece.differs:
+            agreed = before[0] == before[1] and after[0] == after[1]
+            edge = agreed and {before[0], after[0]} == {piece.human, piece.predicted}
+            kind = "boundary" if edge else difference_kind(piece.human, piece.predicted)
+            where = demonstration, piece.start, piece.end
+            differences.append(Difference(*where, piece.human, piece.predicted, kind=kind))
     return tuple(differences)
-
-
-def _common_neighbour(pieces: TrackPieces, index: int, step: int) -> int | None:
-    """The code that both have right beside a piece; None where they differ there too."""
-    other = index + step
-    touches = 0 <= other < len(pieces.starts) and (
-        abs(pieces.starts[max(index, other)] - pieces.ends[min(index, other)]) <= SLIVER
-    )
-    if not touches:
-        return -1  # both unlabelled
-    first, second = pieces.codes[:, other].tolist()
-    return int(first) if first == second else None
 
 
 #: Milliseconds within which boundaries are counted.
@@ -581,13 +554,13 @@ def compare_pair(
         yield Progress(done, len(shared), f"{a} / {b}")
         first, second = item.tracks[a], item.tracks[b]
         pieces, edges = overlay_tracks((first, second), actions), match_boundaries(first, second)
-        both, differ = pieces.labelled_by_all, pieces.codes[0] != pieces.codes[1]
         seconds.append(_time_matrix(pieces, len(actions)))
         offsets.append(edges.offsets)
         boundaries += edges.counts
         segments.append(segment_counts(pieces, first, second))
-        apart += _piece_intervals(item.id, pieces.joined(both & differ), actions)
-        alone += _piece_intervals(item.id, pieces.joined(~both), actions)
+        for piece in track_pieces(item.id, first, second):
+            if piece.differs:
+                (alone if None in (piece.human, piece.predicted) else apart).append(piece)
         shifted += _shifted_intervals(item.id, edges)
     return PairAgreement(
         a=a,
@@ -602,13 +575,6 @@ def compare_pair(
         alone=_longest_first(alone),
         shifted=_longest_first(shifted),
     )
-
-
-def _piece_intervals(id_: str, pieces: TrackPieces, actions: Sequence[str]) -> list[Interval]:
-    """Each of the pieces of two tracks as an interval; ``human`` is the first track's action."""
-    names = (*actions, None)  # the last is found with -1
-    rows = zip(pieces.starts.tolist(), pieces.ends.tolist(), *pieces.codes.tolist(), strict=True)
-    return [Interval(id_, start, end, names[a], names[b]) for start, end, a, b in rows]
 
 
 def _time_matrix(pieces: TrackPieces, k: int) -> NDArray[np.float64]:

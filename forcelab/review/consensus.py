@@ -13,8 +13,8 @@ from typing import Literal
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Segments
 from forcelab.project import Edit, Project
-from forcelab.review.agreement import actions_of, coder_differences, overlay_tracks
-from forcelab.review.differences import Difference, action_over
+from forcelab.review.agreement import coder_differences
+from forcelab.review.differences import Difference, action_over, track_pieces
 from forcelab.segment_edits import SLIVER, erase, free_parts, overlapping, paint
 from forcelab.text import counted
 
@@ -197,11 +197,12 @@ class Consensus:
 
     def _agreed(self) -> Segments:
         """The stretches on which both coders agree, in order."""
-        actions = actions_of((self.track_a, self.track_b))
-        overlay = overlay_tracks((self.track_a, self.track_b), actions)
-        same = overlay.joined(overlay.codes[0] == overlay.codes[1])
-        rows = zip(same.starts.tolist(), same.ends.tolist(), same.codes[0].tolist(), strict=True)
-        return tuple(Segment(start, end, actions[code]) for start, end, code in rows)
+        pieces = track_pieces(self.demonstration, self.track_a, self.track_b)
+        return tuple(
+            Segment(piece.start, piece.end, piece.human)
+            for piece in pieces
+            if piece.human is not None and not piece.differs
+        )
 
 
 def _span_text(difference: Difference) -> str:

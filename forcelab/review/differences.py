@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Literal
 
 from forcelab.labels import Interval, Segment, Segments
 from forcelab.project import Project
-from forcelab.segment_edits import overlapping
+from forcelab.segment_edits import SLIVER, overlapping
 
 if TYPE_CHECKING:
     from forcelab.recognition.probabilities import ProbabilityTrace
@@ -132,7 +132,7 @@ def find_differences(
     trace: ProbabilityTrace | None = None,
 ) -> tuple[Difference, ...]:
     """The differences of two tracks over one demonstration: they tile the time that differs."""
-    pieces = _pieces(demonstration, human, predicted)
+    pieces = track_pieces(demonstration, human, predicted)
     edges = _edges(pieces)
     return tuple(
         Difference(
@@ -165,16 +165,24 @@ def _confidence(piece: Interval, trace: ProbabilityTrace | None) -> float | None
     return trace.of_action(piece.predicted, piece.start, piece.end)
 
 
-def _pieces(
+def track_pieces(
     demonstration: str, human: Sequence[Segment], predicted: Sequence[Segment]
 ) -> list[Interval]:
-    """Cut time where either track changes; a change from an action to itself is none."""
+    """Cut time where either track changes; a change from an action to itself is none.
+
+    What lasts no longer than :data:`~forcelab.segment_edits.SLIVER` is float dust and left out.
+    """
     times = sorted({t for s in (*human, *predicted) for t in (s.start, s.end)})
-    actions = zip(_actions_between(human, times), _actions_between(predicted, times), strict=True)
+    spans = zip(
+        pairwise(times),
+        zip(_actions_between(human, times), _actions_between(predicted, times), strict=True),
+        strict=True,
+    )
+    lasting = [(span, actions) for span, actions in spans if span[1] - span[0] > SLIVER]
     pieces = []
-    for both, group in groupby(zip(pairwise(times), actions, strict=True), key=itemgetter(1)):
-        spans = [span for span, _ in group]
-        pieces.append(Interval(demonstration, spans[0][0], spans[-1][1], *both))
+    for both, group in groupby(lasting, key=itemgetter(1)):
+        of_both = [span for span, _ in group]
+        pieces.append(Interval(demonstration, of_both[0][0], of_both[-1][1], *both))
     return pieces
 
 

@@ -14,7 +14,7 @@ force of a jaw, f its friction on the body and c what the hand commands:
 A jaw presses where ``w - s -+ x > 0``, w being the body's half width at the height of the jaws;
 where w varies along z, the contact pushes along z as well ("width"), as energy demands. `Layout`
 says which of these states a scene has. Contact made and lost, slip, and the ways into and out of a
-socket are events: functions that cross zero when they happen (see `System`). The laws of contact
+socket are events: functions that cross zero when they happen (see `Mechanics`). The laws of contact
 are in :mod:`forcelab.simulation.contact`, the numbers in :mod:`forcelab.simulation.scene`.
 """
 
@@ -30,8 +30,7 @@ from numpy.typing import NDArray
 
 from forcelab.simulation import contact
 from forcelab.simulation.hand import Trajectory
-from forcelab.simulation.scene import Axis, Jaws, Scene, width_at
-from forcelab.simulation.system import Array
+from forcelab.simulation.scene import Array, Axis, Jaws, Scene, width_at
 
 
 def stack_numbers(parts: Sequence[Any]) -> SimpleNamespace:
@@ -227,7 +226,7 @@ ENTERS, LEAVES = "into the socket", "out of the socket"
 
 
 def event_meanings(layout: Layout) -> tuple[str, ...]:
-    """What it means that the event functions of a layout cross zero, as `System.events`."""
+    """What it means that the event functions of a layout cross zero, as `Mechanics.events`."""
     jaws = ("left jaw", "right jaw")
     names = [f"{jaw}: contact made|{jaw}: contact lost" for jaw in jaws]
     names.append("jaws meet|jaws part")
@@ -480,7 +479,13 @@ def _tilts(jaws: Jaws) -> Array:
 
 
 class Mechanics:
-    """A batch of demonstrations of scenes with the same parts: a `System` for the solvers.
+    """A batch of demonstrations of scenes with the same parts, as the solvers integrate them.
+
+    Each is a lane, a column of the state; `names` says what its s rows are. `positions` and
+    `velocities` are rows such that ``rates(t, y)[positions] == y[velocities]`` exactly. `scales`
+    (s, b) turns a tolerance in newtons into one for each state: how large a change of it moves a
+    force of the lane by about one newton. `events` says what it means that an event function rises
+    or falls through zero, as ``"rising|falling"``; an empty meaning is no event.
 
     `scenes`: one for each lane; they have the same parts but their own numbers; `command`: one lane
     for each scene, with the commands of :attr:`Layout.commands`; `drive`: the same commands as
@@ -519,19 +524,25 @@ class Mechanics:
         self.events = event_meanings(layout)
 
     def rates(self, times: Array, states: Array) -> Array:
-        """Derivatives of the states, shape (s, b); see `System`."""
+        """Derivatives of the states (s, b), each lane at its own time (b,): a new array."""
         rates: Array = self.evaluate(times, states).rates
         return rates
 
     def lane(self, number: int) -> Mechanics:
+        """One lane as a system of its own.
+
+        Its methods also take any number of columns: n times and states of shape (s, n) of that one
+        lane, which is how a finished trajectory is looked at all at once.
+        """
         return self.subset(np.array([number]))
 
     def subset(self, lanes: NDArray[np.intp]) -> Mechanics:
+        """Some of the lanes, in the order given, as a system of their own."""
         scenes = [self.scenes[i] for i in lanes]
         return Mechanics(scenes, self.command.subset(lanes), self._drive.subset(lanes))
 
     def jump(self, event: int, rising: bool, state: Array) -> Array:
-        """The state right after an event: the body enters or leaves the socket."""
+        """The state (s,) of a lane right after an event: the body enters or leaves the socket."""
         inside = socket_entered(self.events[event], rising)
         if inside is None:
             return state
@@ -540,7 +551,7 @@ class Mechanics:
         return after
 
     def watched(self, times: Array, states: Array) -> Array:
-        """The event functions, shape (e, b); see `System`."""
+        """The event functions, shape (e, b): continuous while no jump happens."""
         instant = self._contacts(states)
         rows = [*instant.depth, instant.touch]
         if self._p.profile is not None:

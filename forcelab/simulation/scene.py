@@ -1,8 +1,7 @@
 """Scenes: what is on the table and how it is held; and what a simulated demonstration did there.
 
-A scene holds only the parts it has, in numbers that are checked as they are written down. A part
-that is ``None`` has no state, no force and no cost: without an arm nothing moves tangentially and
-there is no friction; without a socket nothing snaps.
+A scene holds only the parts it has. A part that is ``None`` has no state, no force and no cost:
+without an arm nothing moves tangentially and there is no friction; without a socket nothing snaps.
 
 Axes: x is the grip axis (left jaw to right jaw), y lateral along the table, z upwards; metres,
 newtons, kilograms, seconds and radians throughout. The middle between the jaws of the resting
@@ -11,15 +10,16 @@ tongs is x = 0, the table's top is z = 0 where the body's lower face touches it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from types import SimpleNamespace
-from typing import ClassVar, Literal, NamedTuple, get_args
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
-from forcelab.errors import InputError
 from forcelab.labels import Segments
-from forcelab.simulation.system import Array, Event
+
+Array = NDArray[np.float64]
 
 
 class Width(NamedTuple):
@@ -77,34 +77,9 @@ Axis = Literal["y", "z"]
 Shape = Literal["brick", "cartridge", "stylus", "marker", "block"]
 
 
-class _Part:
-    """A part of a scene: its numbers are finite and not negative, and what divides is not 0."""
-
-    _positive: ClassVar[tuple[str, ...]] = ()
-
-    def __post_init__(self) -> None:
-        for field in fields(self):  # type: ignore[arg-type]
-            value = getattr(self, field.name)
-            if not isinstance(value, (int, float)):
-                continue
-            above = field.name in self._positive
-            if not 0 <= value < float("inf") or (above and value == 0):
-                raise InputError(
-                    f"{type(self).__name__}.{field.name} must be finite and "
-                    f"{'above zero' if above else 'not negative'}, not {value}."
-                )
-
-    def _demand(self, holds: bool, sentence: str) -> None:
-        """Refuse a part whose numbers do not fit together."""
-        if not holds:
-            raise InputError(f"{type(self).__name__}: {sentence}.")
-
-
 @dataclass(frozen=True)
-class Jaws(_Part):
+class Jaws:
     """Two jaws, each pulled towards its commanded place by a finger."""
-
-    _positive = ("mass",)
 
     mass: float = 0.05  # of one jaw with its sensor and its share of the hand, kg
     #: stiffness and damping: Of a finger: N/m and N s/m. Closing the command beyond the surface by
@@ -125,10 +100,8 @@ class Jaws(_Part):
 
 
 @dataclass(frozen=True)
-class Body(_Part):
+class Body:
     """What lies between the jaws."""
-
-    _positive = ("mass", "half_width", "stiffness")
 
     shape: Shape  # how it is drawn
     mass: float  # kg
@@ -140,16 +113,10 @@ class Body(_Part):
     exponent: float = 1.0  # 1 for a linear spring, 1.5 for Hertz's sphere on a plane
     height: float = 0.02  # m; drawn only
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self._demand(self.exponent >= 1, "the exponent is at least 1")
-
 
 @dataclass(frozen=True)
-class Pads(_Part):
+class Pads:
     """Friction between the jaws' silicone domes and the body (LuGre)."""
-
-    _positive = ("kinetic", "stribeck", "stiffness")
 
     #: static and kinetic: Coefficients of friction at rest and in steady motion; ``static >=
     #: kinetic``.
@@ -163,16 +130,10 @@ class Pads(_Part):
     viscous: float = 0.4
     asymmetry: float = 1.0  # friction of the right jaw over that of the left one
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self._demand(self.static >= self.kinetic, "friction at rest is not below that in motion")
-
 
 @dataclass(frozen=True)
-class Arm(_Part):
+class Arm:
     """The arm that carries the tongs tangentially, and the axes along which it moves."""
-
-    _positive = ("mass",)
 
     axes: tuple[Axis, ...] = ("z",)  # those of the scene; ``("z",)`` or ``("y", "z")``
     mass: float = 0.35  # of tongs, hand and forearm as they feel at the tip, kg
@@ -181,13 +142,9 @@ class Arm(_Part):
     damping: float = 18.0
     pads: Pads = Pads()  # how the jaws rub
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self._demand(self.axes in {("y",), ("z",), ("y", "z")}, "the axes are y, z or y and z")
-
 
 @dataclass(frozen=True)
-class Ground(_Part):
+class Ground:
     #: stiffness and damping: Kelvin and Voigt's: N/m and N s/m. The table never pulls.
     stiffness: float = 4e4
     damping: float = 4.0
@@ -195,7 +152,7 @@ class Ground(_Part):
 
 
 @dataclass(frozen=True)
-class Holder(_Part):
+class Holder:
     """The other hand, or a vice, that holds the body in place along x and along the arm's axes."""
 
     #: stiffness and damping: N/m and N s/m.
@@ -204,10 +161,8 @@ class Holder(_Part):
 
 
 @dataclass(frozen=True)
-class Socket(_Part):
+class Socket:
     """A socket in the table that the body snaps into: LEGO studs, or a cartridge's connector."""
-
-    _positive = ("depth", "snap_width", "pitch")
 
     place: float  # where it is along y, m
     depth: float  # from the rim to the bottom, m
@@ -232,17 +187,10 @@ class Socket(_Part):
     studs: float = 3e-4
     pitch: float = 8e-3
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        fits = self.snap_width < self.snap_depth <= self.depth
-        self._demand(fits, "the snap is more than its width below the rim and not below the bottom")
-
 
 @dataclass(frozen=True)
-class Profile(_Part):
+class Profile:
     """A width that varies along z, measured from where the jaws first grip."""
-
-    _positive = ("taper", "wavelength", "rim_length")
 
     end: float  # where the taper to the tip begins, m
     taper: float  # length of the taper, m; beyond it there is nothing between the jaws
@@ -256,19 +204,13 @@ class Profile(_Part):
     #: lopsided`` times; below 1.
     lopsided: float = 0.0
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self._demand(self.lopsided < 1, "it is lopsided by less than 1")
-
 
 @dataclass(frozen=True)
-class Thread(_Part):
+class Thread:
     """A cap that turns on the body with stick-slip, and the wrist that turns it.
 
     They turn about z, positive anticlockwise as seen from above.
     """
-
-    _positive = ("radius", "inertia", "kinetic", "stribeck", "stiffness", "wrist_inertia")
 
     radius: float  # from the axis to the jaws, m
     inertia: float  # of the cap, kg m^2
@@ -287,10 +229,6 @@ class Thread(_Part):
     wrist_damping: float = 0.02
     pads: Pads = Pads()  # how the jaws rub on the cap
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self._demand(self.static >= self.kinetic, "torque at rest is not below that in motion")
-
 
 Task = Literal["LEGO", "cartridge", "stylus", "marker", "foam"]
 
@@ -300,11 +238,15 @@ TASKS: tuple[Task, ...] = get_args(Task)
 
 @dataclass(frozen=True)
 class Scene:
+    """The parts of a scene, of which jaws and body are always there.
+
+    A table, and a width that varies, need an arm that moves along z; a socket needs a table and an
+    arm that moves along y as well. A thread is not combined with an arm.
+    """
+
     task: str  # such as ``"LEGO"``
-    #: jaws and body: Always there.
     jaws: Jaws
     body: Body
-    #: arm, ground, holder, socket, profile and thread: Where the scene has them.
     arm: Arm | None = None
     ground: Ground | None = None
     holder: Holder | None = None
@@ -312,18 +254,6 @@ class Scene:
     profile: Profile | None = None
     thread: Thread | None = None
     gravity: float = 9.81  # m/s^2
-
-    def __post_init__(self) -> None:
-        axes = self.arm.axes if self.arm else ()
-        needs = (
-            (self.ground, "z" in axes, "a table needs an arm that moves along z"),
-            (self.socket, self.ground is not None and "y" in axes, "a socket needs a table and y"),
-            (self.profile, "z" in axes, "a width that varies needs an arm that moves along z"),
-            (self.thread, self.arm is None, "a thread and an arm are not combined"),
-        )
-        for part, holds, sentence in needs:
-            if part is not None and not holds:
-                raise InputError(f"The scene of '{self.task}' does not fit together: {sentence}.")
 
 
 @dataclass(frozen=True)
@@ -336,6 +266,14 @@ class Motion:
     #: (n, 4), x, y, z (m) and angle (rad) of the body; z is that of its lower face above the table.
     body: Array
     normal: Array  # (n, 2), force that presses on the left and on the right jaw, N, not negative
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Event:
+    """Something that happened at an instant, located to less than a microsecond."""
+
+    time: float  # seconds from the start of the force recording
+    kind: str  # such as ``"left jaw: contact made"``, ``"left jaw: slip begins"`` or ``"snap in"``
 
 
 @dataclass(frozen=True)

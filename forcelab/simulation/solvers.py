@@ -24,7 +24,8 @@ from scipy.integrate import Radau as RadauIIA
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
-from forcelab.simulation.system import Array, Event, System
+from forcelab.simulation.mechanics import Mechanics
+from forcelab.simulation.scene import Array, Event
 
 #: Width in seconds to which a crossing is bracketed.
 _WIDTH = 1e-10
@@ -52,7 +53,7 @@ class EventLocator:
     err to either side.
     """
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: Mechanics) -> None:
         meanings = [meaning.split("|") for meaning in system.events]
         self._meanings = [(falling, rising) for rising, falling in meanings]
         self._requested_times = np.array(
@@ -65,7 +66,7 @@ class EventLocator:
 
     def first(
         self,
-        lane: System,
+        lane: Mechanics,
         path: Callable[[Array], tuple[Array, Array]],
         length: float,
         sides: Array,
@@ -110,7 +111,7 @@ class EventLocator:
 
     @staticmethod
     def after(
-        lane: System, passage: StepEvents, time: float, state: Array
+        lane: Mechanics, passage: StepEvents, time: float, state: Array
     ) -> tuple[Array, Array, Array]:
         """The state (s,) right after the events of a passage, its event functions, and their sides.
 
@@ -251,7 +252,7 @@ _WINDOW = 256
 
 
 def integrating_with_scipy(
-    system: System, solver: Explicit | Lsoda | Radau, course: Course
+    system: Mechanics, solver: Explicit | Lsoda | Radau, course: Course
 ) -> Iterator[Progress]:
     """Integrate with scipy, a lane after the other.
 
@@ -270,7 +271,7 @@ class _Walk:
     """One lane on its way through time."""
 
     def __init__(
-        self, system: System, lane: int, course: Course, solver: Explicit | Lsoda | Radau
+        self, system: Mechanics, lane: int, course: Course, solver: Explicit | Lsoda | Radau
     ) -> None:
         self.system = system
         self.lane = lane
@@ -462,7 +463,7 @@ _LOOKS = np.array([0.25, 0.5, 0.75, 1.0])
 _NEAR = 0.01
 
 
-def repeated(system: System, times: int) -> System:
+def repeated(system: Mechanics, times: int) -> Mechanics:
     """A system that takes `times` columns for each lane: all lanes, then all lanes again, ..."""
     if system.lanes == 1:
         return system  # takes any number of columns
@@ -492,7 +493,7 @@ class RosenbrockBatch:
     #: Names of the arrays that go with the lanes, their last axis.
     LANEWISE = ("lanes", "time", "step", "memory", "eager", "state", "values", "sides", "heading")
 
-    def __init__(self, system: System, solver: Rosenbrock, course: Course) -> None:
+    def __init__(self, system: Mechanics, solver: Rosenbrock, course: Course) -> None:
         self.solver = solver
         self.course = course
         self.watch = EventLocator(system)
@@ -525,12 +526,12 @@ class RosenbrockBatch:
             yield self.course.progress()
             self._drop_finished()
 
-    def _arrange(self, system: System) -> None:
+    def _arrange(self, system: Mechanics) -> None:
         """Make room for the lanes of `system`."""
         shape = count, lanes = self.state.shape
         self.system = system
         self.looking = repeated(system, len(_LOOKS))
-        self.alone: dict[int, System] = {}
+        self.alone: dict[int, Mechanics] = {}
         self.trial = np.empty(shape)
         self.undecided = bool((self.sides == 0).any())
         self.growth = np.empty((_ROUNDS, len(DENSE), *shape))
@@ -743,7 +744,7 @@ class RosenbrockBatch:
         self.state[:, lane], self.values[:, lane], self.sides[:, lane] = after
         self.ended[slot, lane] = self.time[lane] = time
 
-    def _alone(self, lane: int) -> System:
+    def _alone(self, lane: int) -> Mechanics:
         """A lane as a system of its own, made once."""
         if lane not in self.alone:
             self.alone[lane] = self.system.lane(lane)
@@ -801,7 +802,7 @@ def _inverse(matrices: Array) -> Array:
         return np.asarray(np.linalg.inv(matrices), np.float64)
 
 
-def integrate(system: System, start: Array, times: Array, solver: Solver) -> Solution:
+def integrate(system: Mechanics, start: Array, times: Array, solver: Solver) -> Solution:
     """Follow the motion of every lane and locate its events.
 
     `start` (s, b): states at the first sample time; `times` (n,): sample times, evenly spaced, s.
@@ -810,7 +811,7 @@ def integrate(system: System, start: Array, times: Array, solver: Solver) -> Sol
 
 
 def integrating(
-    system: System, start: Array, times: Array, solver: Solver
+    system: Mechanics, start: Array, times: Array, solver: Solver
 ) -> Generator[Progress, None, Solution]:
     """As :func:`integrate`, as a job whose progress counts the samples of all lanes."""
     course = Course(start, times)

@@ -56,6 +56,10 @@ class GroundTruth:
     intact: NDArray[np.bool_]
 
 
+def _none_absent(times: NDArray[np.float64]) -> NDArray[np.bool_]:
+    return np.zeros(len(times), np.bool_)
+
+
 class TestedSampler(VirtualSampler):
     """A device whose cable can be pulled, which has a clock of its own and knows what it measured.
 
@@ -65,9 +69,18 @@ class TestedSampler(VirtualSampler):
     __test__ = False
     _runs: list[PacedRun]
 
-    def __init__(self, *arguments, path: Path | None = None, clock_ppm: float = 0.0, **options):
-        super().__init__(*arguments, path=path or Path("ttyACM0"), **options)
-        self._homeless, self._folder = path is None, None
+    def __init__(
+        self,
+        source: Readings,
+        rate: float,
+        *,
+        path: Path | None = None,
+        clock_ppm: float = 0.0,
+        waits: bool = False,
+        **options,
+    ) -> None:
+        super().__init__(source, rate, path or Path("ttyACM0"), _none_absent, **options)
+        self._homeless, self._folder, self._waits = path is None, None, waits
         self._pace = 1.0 + 1e-6 * clock_ppm
         self._held_until = 0.0
         self._requests: SimpleQueue[tuple[Callable[[], None], threading.Event]] = SimpleQueue()

@@ -13,8 +13,9 @@ KILLS = int(os.environ.get("FORCELAB_KILLS", "2"))
 
 
 def test_every_painted_segment_that_was_seen_is_there(start, project):
-    program = start(project, "--author", "Ada", "--demo", "pen 1")
     for number in range(KILLS):
+        program = start(project, "--author", "Ada", "--demo", "pen 1")
+        assert program.until(lambda state: state["settled"])["title"].startswith("pen 1")
         program.process.stdin.write(json.dumps({"ask": "paint"}) + "\n")
         program.process.stdin.flush()
         # Not at a moment that the program could know of: somewhere in the work after a line.
@@ -35,5 +36,3 @@ def test_every_painted_segment_that_was_seen_is_there(start, project):
             opened.tracks.edit(
                 info.id, "Ada", opened.tracks.get(info.id, "Ada").segments, (), "cleared"
             )
-        program = start(project, "--author", "Ada", "--demo", "pen 1")
-        assert program.until(lambda state: state["settled"])["title"].startswith("pen 1")

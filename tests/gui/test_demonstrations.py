@@ -18,7 +18,6 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui import demonstration_list, theme
 from forcelab.gui.demonstration_list import DemonstrationList, OrderButton
 from forcelab.gui.demonstration_model import (
-    DemonstrationModel,
     DemonstrationRow,
     TaskGroup,
     grouped,
@@ -30,7 +29,6 @@ from forcelab.gui.removal_dialog import Removal, removal_of
 from forcelab.gui.widgets import ElidedLabel
 from forcelab.labels import Segment, Track
 from forcelab.project import DemonstrationInfo, NewDemonstration, Project
-from forcelab.text import natural_order
 
 LONG = "a demonstration whose name " + "is very long indeed " * 12 + "and ends so"
 
@@ -167,11 +165,6 @@ def test_demonstrations_stand_by_task_in_natural_order(listing):
     assert tasks == ["a task with a rather long name of its own for once", "foam", "stylus"]
     assert shown(listing)["stylus"] == ["pen-2", "pen-10"]
     assert all(listing.view.isExpanded(listing.model.index(g, 0)) for g in range(3))
-
-
-def test_digits_come_before_letters_and_numbers_by_their_size():
-    names = ["Z", "Ü", "100% & more", "pen-10", "pen-2", "a"]
-    assert sorted(names, key=natural_order) == ["100% & more", "a", "pen-2", "pen-10", "Z", "Ü"]
 
 
 def test_the_model_is_as_qt_wants_it(listing, document):
@@ -819,13 +812,6 @@ def test_a_number_that_is_searched_finds_names_and_not_by_chance_ids():
     for searched, found in [("12", "P12"), ("AB12CD", "P04"), ("ab12cd00", "P04"), ("1212", "")]:
         names = [row.info.name for group in grouped(rows, searched, "all") for row in group.rows]
         assert names == ([found] if found else []), searched
-
-
-def test_an_index_that_is_nowhere_is_nothing(app):
-    model = DemonstrationModel()
-    assert not model.index(0, 0).isValid()
-    assert not model.index_of("x").isValid()
-    assert model.at(QModelIndex()) is None
 
 
 def test_what_was_painted_just_before_another_one_is_opened_stays_told(document, listing):

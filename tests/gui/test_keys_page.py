@@ -149,14 +149,6 @@ def test_a_key_that_is_taken_is_refused_in_place(page, keys):
     assert trouble(page) == ""
 
 
-def test_a_key_that_paints_is_refused(page, keys):
-    first, _ = choose(page, "Play or pause")
-    press(first, Qt.Key_1)
-    assert "paints 'grab'" in trouble(page)
-    press(first, Qt.Key_X)
-    assert "kept for painting" in trouble(page)
-
-
 def test_the_key_of_an_action_can_be_changed(page, document):
     first, second = choose(page, "grab")
     assert second.isHidden()
@@ -197,14 +189,6 @@ def test_a_default_that_another_command_has_is_refused(page, keys):
     choose(page, "Play or pause")
     button(page, "Reset").click()
     assert "already means 'Quit'" in trouble(page)
-
-
-def test_all_commands_get_their_defaults_back(page, keys):
-    keys.set_keys("play", ["F8"])
-    keys.set_keys("quit", [])
-    page.reset()
-    assert (keys["play"], keys["quit"]) == (("Space",), ("Ctrl+Q",))
-    assert rows(page)["Quit"].text(1) == "Ctrl+Q"
 
 
 def test_searching_leaves_what_matches_in_name_or_key(page):

@@ -215,13 +215,6 @@ def test_gaps_that_look_like_slips_are_told_when_it_is_done(window, starts, told
     assert messages[-1] == (told, False)
 
 
-def test_one_click_does_the_same(window, until):
-    until(button(window, "done_and_next").isEnabled)
-    click(window, "done_and_next")
-    assert name_of(window) == "02"
-    assert done_by_ann(window) == ["01"]
-
-
 def test_a_blind_coder_is_asked_and_sees_nothing_on_the_way(window, answers):
     document = window.document
     for info in document.infos:
@@ -233,6 +226,7 @@ def test_a_blind_coder_is_asked_and_sees_nothing_on_the_way(window, answers):
     press_done_and_next(window)
     assert len(questions) == 1
     assert questions[0].startswith("Mark '01' as done and end blind coding?")
+    assert "labels and notes of others" in questions[0]
     assert name_of(window) == "01"
     assert document.coding_blind
     assert done_by_ann(window) == []

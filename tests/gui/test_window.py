@@ -29,7 +29,6 @@ from PySide6.QtWidgets import (
     QMenu,
     QStyle,
     QToolTip,
-    QTreeView,
     QWidget,
 )
 
@@ -304,73 +303,6 @@ def test_a_hidden_scalogram_is_not_computed(window_of_file, study, monkeypatch):
     assert second.label.scalogram.isVisible()
 
 
-def test_panels_stay_hidden_until_they_are_put_back(window_of_file, study):
-    first = window_of_file(LaunchOptions(project=study))
-    for name in ("segments", "force"):
-        first.label.toggles[name].setChecked(False)
-    first.close()
-    second = window_of_file(LaunchOptions(project=study))
-    assert not second.label.segments.isVisible()
-    assert not second.label.force.isVisible()
-    second.commands["reset_layout"].trigger()
-    assert second.label.segments.isVisible()
-    assert second.label.force.isVisible()
-
-
-def test_the_demonstration_of_last_time_is_opened(window_of_file, study):
-    with Project.open(study) as project:
-        add_foam_demonstration(project, "02")
-    first = window_of_file(LaunchOptions(project=study))
-    assert first.document.demonstration.name == "01"
-    first.commands["next_demonstration"].trigger()
-    assert first.document.demonstration.name == "02"
-    first.close()
-    second = window_of_file(LaunchOptions())
-    assert second.document.demonstration.name == "02"
-
-
-def test_two_coders_at_one_project_do_not_overwrite_each_other(windows, study):
-    ann, cleo = windows(LaunchOptions(project=study)), windows(LaunchOptions(project=study), "Cleo")
-    for number in range(5):
-        assert ann.document.editor.paint(number, number + 0.5, "grab")
-        assert cleo.document.editor.paint(number + 0.2, number + 0.9, "hold")
-    ann.document.refresh()
-    assert ann.document.other_tracks == {"Ben": HIS, "Cleo": cleo.document.editor.segments}
-    assert len(ann.document.editor.segments) == len(cleo.document.editor.segments) == 5
-
-
-def test_the_same_coder_in_two_windows_loses_nothing(windows, study):
-    first, second = windows(LaunchOptions(project=study)), windows(LaunchOptions(project=study))
-    assert first.document.editor.paint(1, 2, "grab")
-    assert not second.document.editor.paint(1.5, 3, "hold")
-    assert second.statusBar().currentMessage().endswith("repeat it.")
-    assert second.document.editor.segments == first.document.editor.segments
-    assert second.document.editor.paint(2, 3, "hold")
-    first.document.refresh()
-    assert first.document.editor.segments == (Segment(1, 2, "grab"), Segment(2, 3, "hold"))
-
-
-def test_a_blind_coder_sees_nobody_elses_labels_anywhere(windows, study, answers):
-    with Project.open(study) as project:
-        project.coding.assign(project.demonstrations.infos()[0].id, "Ann")
-    window = windows(LaunchOptions(project=study))
-    assert window.document.other_tracks == {}
-    model = window.demonstrations.findChild(QTreeView).model()
-    row = model.index(0, 0, model.index(0, 0))
-    roles = (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.ToolTipRole)
-    assert not any("Ben" in str(row.data(role)) for role in roles)
-    questions = answers("Cancel")
-    window.commands["done"].trigger()
-    assert window.document.other_tracks == {}
-    assert window.document.coding_blind
-    assert len(questions) == 1
-    assert "end blind coding" in questions[0]
-    assert "labels and notes of others" in questions[0]
-    answers("Mark as done")
-    window.commands["done"].trigger()
-    assert window.document.other_tracks == {"Ben": HIS}
-
-
 def drop_files(window, paths):
     """Drop files as a file manager does that would rather move them; gives what it is answered."""
     content = QMimeData()
@@ -446,21 +378,6 @@ def test_what_was_painted_is_no_longer_said_of_another_demonstration(windows, st
     document.show_message("This is the last demonstration of the list.")
     document.open_demonstration(document.infos[0].id)
     assert "last demonstration" in bar.currentMessage()
-
-
-def test_ctrl_a_chooses_all_demonstrations_listed_wherever_the_keyboard_is(windows, study):
-    with Project.open(study) as project:
-        add_foam_demonstration(project, "02")
-    window = windows(LaunchOptions(project=study))
-    window.activateWindow()
-    assert QTest.qWaitForWindowActive(window)
-    window.label.tracks.setFocus()
-    QTest.keyClick(window.label.tracks, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
-    assert len(window.demonstrations._chosen()) == 2
-    window.demonstrations.search.setText("02")
-    window.demonstrations.search.setFocus()
-    QTest.keyClick(window.demonstrations.search, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
-    assert window.demonstrations.search.selectedText() == "02"  # where one types it is the text
 
 
 def test_what_a_menu_s_entry_does_is_not_said_like_trouble(window, app):
@@ -641,6 +558,12 @@ def test_choose_all_means_the_list_that_the_keyboard_is_in(window, app, until):
         QTest.keyClick(place, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
         assert chosen.hasSelection()
         chosen.clear()
+    search = window.demonstrations.search
+    search.setText("02")
+    search.setFocus()
+    QTest.keyClick(search, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
+    assert search.selectedText() == "02"  # where one types it is the text
+    search.clear()
 
 
 def test_a_list_that_was_closed_is_there_to_search_and_to_choose_in(window, app):

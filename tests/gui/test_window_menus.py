@@ -84,19 +84,6 @@ def test_the_menus_are_where_they_are_looked_for(window):
     assert len({*mnemonics}) == len(titles)
 
 
-def test_home_and_end_lead_to_start_and_end(window):
-    view, tracks = window.document.view, window.label.tracks
-    QTest.keyClick(tracks, Qt.Key.Key_End)
-    assert view.cursor == view.bounds[1]
-    assert view.speed == 1.0
-    QTest.keyClick(tracks, Qt.Key.Key_Home)
-    assert view.cursor == view.bounds[0]
-    QTest.keyClick(tracks, Qt.Key.Key_Greater)
-    assert view.speed == 1.5
-    QTest.keyClick(tracks, Qt.Key.Key_Less)
-    assert view.speed == 1.0
-
-
 def answer_dialog(*presses):
     """Press keys in the dialog that the next key opens; texts are typed. Gives its titles."""
     titles = []

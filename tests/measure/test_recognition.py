@@ -44,7 +44,7 @@ FEW = (
 
 @pytest.fixture(scope="module")
 def labelled():
-    return labelled_set(4, 100.0)
+    return labelled_set(3, 100.0)
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +78,7 @@ def test_rows_hold_what_they_cost(rows):
     # What shares its classifier shares the time of its fit.
     assert len({row.further["fit (s/min)"] for row in rows[:3]}) == 1
     assert [row for row in rows if row.pareto]
-    assert rows[0].reference.startswith("the coder's labels of 4 demonstrations, one left out")
+    assert rows[0].reference.startswith("the coder's labels of 3 demonstrations, one left out")
 
 
 def test_features_and_fits_are_shared(labelled, monkeypatch):

@@ -101,11 +101,16 @@ def _known_of_model(recogniser, recording, budget, number):
 def streamed(recogniser, demonstration, latency, blocks, rate=None):
     """Times, codes and probabilities of a demonstration that comes in blocks of these lengths."""
     online = OnlineRecogniser(recogniser, latency, demonstration.channels, rate)
-    parts, start, turn = [], 0, 0
-    while start < len(demonstration.times):
-        block = slice(start, start + blocks[turn % len(blocks)])
-        parts.append(online.push(demonstration.times[block], demonstration.signals[block]))
-        start, turn = block.stop, turn + 1
+    return pushed(online, demonstration.times, demonstration.signals, blocks)
+
+
+def pushed(online, times, signals, blocks):
+    """The same of any stamps and signals, also such as no demonstration holds."""
+    parts, start = [], 0
+    while start < len(times):
+        block = slice(start, start + blocks[len(parts) % len(blocks)])
+        parts.append(online.push(times[block], signals[block]))
+        start = block.stop
     parts.append(online.finish())
     return tuple(
         np.concatenate([getattr(part, what) for part in parts])

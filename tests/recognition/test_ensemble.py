@@ -17,16 +17,9 @@ from forcelab.recognition.ensemble import (
 from forcelab.recognition.forest import Forest, Linear, _rounded_down
 from tests.recognition.format_1 import forest_in_format_1
 
+pytestmark = pytest.mark.usefixtures("small_fits")
+
 NAMES = tuple(MEMBERS)
-
-
-@pytest.fixture(scope="module", autouse=True)
-def few_trees():
-    """A few trees and rounds do for all of this and are there at once."""
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(ensemble, "TREES", 6)
-        patched.setattr(ensemble, "ROUNDS", 10)
-        yield
 
 
 def clouds(counts, seed=0, features=4, distance=1.5):

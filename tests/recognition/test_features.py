@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from forcelab.errors import InputError
-from forcelab.recognition import ensemble
 from forcelab.recognition.features import (
     BLOCK,
     PEAKS,
@@ -470,8 +469,8 @@ def test_missing_samples_are_bridged_for_peaks():
 
 
 @pytest.mark.parametrize("amplitude", ["absolute", "both"])
-def test_a_recogniser_looks_at_peaks_whatever_the_unit(monkeypatch, amplitude):
-    monkeypatch.setattr(ensemble, "TREES", 5)
+@pytest.mark.usefixtures("small_fits")
+def test_a_recogniser_looks_at_peaks_whatever_the_unit(amplitude):
     settings = preset("fast").replace(amplitude=amplitude, peaks=True)
     items = labelled_set(3, rate=100.0)
     recogniser = train(items, settings)

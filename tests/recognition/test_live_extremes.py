@@ -11,7 +11,7 @@ from forcelab.labels import UNLABELLED
 from forcelab.recognition.live import OnlineRecogniser
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import train
-from tests.recognition.live_reference import reference_labels
+from tests.recognition.live_reference import pushed, reference_labels
 
 RATE, N = 250.0, 900
 
@@ -66,9 +66,8 @@ SIGNALS = {
 def test_labels_are_those_stated_whatever_comes(trained, channels, kind, latency):
     values = SIGNALS[kind](len(channels)).astype(float)
     n = len(values)
-    times, codes, probabilities = pushed(
-        trained, channels, np.arange(n) / RATE, values, [20], latency
-    )
+    online = OnlineRecogniser(trained, latency, channels, RATE)
+    times, codes, probabilities = pushed(online, np.arange(n) / RATE, values, [20])
     assert len(codes) == n
     assert np.isfinite(probabilities).all()
     if kind == "holes" or kind.startswith("huge"):  # nothing can be as large: it is missing
@@ -86,11 +85,10 @@ def test_labels_are_those_stated_whatever_comes(trained, channels, kind, latency
 def test_a_glitch_is_a_sample_that_is_missing(trained, channels, size):
     values = glitched(len(channels), slice(0, 0))
     values[400:402, 2] = np.nan
-    missing = pushed(trained, channels, np.arange(N) / RATE, values, [20])
+    missing, found = (OnlineRecogniser(trained, 0.2, channels, RATE) for _ in range(2))
+    expected = pushed(missing, np.arange(N) / RATE, values, [20])
     values[400:402, 2] = size
-    assert np.array_equal(
-        missing[1], pushed(trained, channels, np.arange(N) / RATE, values, [7])[1]
-    )
+    assert np.array_equal(expected[1], pushed(found, np.arange(N) / RATE, values, [7])[1])
 
 
 @settings(max_examples=5, deadline=None)
@@ -108,25 +106,13 @@ def test_whatever_is_missing_probabilities_are_some_and_blocks_play_no_part(
     x[N // 2 :, rng.integers(0, len(channels))] = x[N // 2, 0]
     jumps = np.where(rng.random(N) < 0.01, rng.choice([-0.5, -0.004, 0.05, 40.0], N), 0.0)
     times = np.arange(N) / RATE + np.cumsum(jumps)
-    found = [pushed(trained, channels, times, x, each) for each in (sizes, [20])]
+    found = [
+        pushed(OnlineRecogniser(trained, 0.2, channels, RATE), times, x, each)
+        for each in (sizes, [20])
+    ]
     (stamps, codes, known), (_, again, _) = found
     assert np.array_equal(codes, again)
     assert (np.diff(stamps) > 0).all()
     sums = known.sum(axis=1)
     assert (np.isclose(sums, 1.0, atol=1e-9) | ((sums == 0) & (codes == UNLABELLED))).all()
     assert (known >= 0).all()
-
-
-def pushed(recogniser, channels, times, values, sizes, latency=0.2):
-    """Times, codes and probabilities of a stream that comes in blocks of these sizes in turn."""
-    online = OnlineRecogniser(recogniser, latency, channels, RATE)
-    parts, first = [], 0
-    while first < len(times):
-        last = first + sizes[len(parts) % len(sizes)]
-        parts.append(online.push(times[first:last], values[first:last]))
-        first = last
-    parts.append(online.finish())
-    return [
-        np.concatenate([getattr(part, name) for part in parts])
-        for name in ("times", "codes", "probabilities")
-    ]

@@ -194,7 +194,7 @@ def test_codes_that_do_not_fit_are_refused(human, predicted, n):
 # --- against scikit-learn -----------------------------------------------------------------------
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(pairs())
 def test_frame_metrics_agree_with_scikit_learn(tracks):
     human, predicted, times = tracks
@@ -402,7 +402,7 @@ def test_runs_are_the_segments_of_from_codes(track):
     assert found.ends.tolist() == [s.end for s in expected]
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(overlaid_tracks(), st.sampled_from(OVERLAPS))
 def test_matching_is_the_published_loop_on_sets_of_samples(track, overlap):
     human, predicted, times = track
@@ -618,7 +618,7 @@ def by_hand(human: str, predicted: str, times: np.ndarray) -> dict[str, tuple[in
     return {kind: (c, s) for kind, (c, s) in total.items() if c}
 
 
-@settings(max_examples=250, deadline=None)
+@settings(max_examples=120, deadline=None)
 @given(letter_tracks())
 def test_every_error_is_what_the_definitions_say_event_by_event(track):
     human, predicted, times = track

@@ -11,7 +11,6 @@ from factories import labelled_set
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import Segment
-from forcelab.recognition import ensemble
 from forcelab.recognition.cross_validation import leave_one_out_job
 from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
 from forcelab.recognition.presets import preset
@@ -19,15 +18,9 @@ from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import load_recogniser, pack, save_recogniser
 from forcelab.recognition.training import train
 
+pytestmark = pytest.mark.usefixtures("small_fits")
+
 FAST, BEST = preset("fast"), preset("best")
-
-
-@pytest.fixture(scope="module", autouse=True)
-def few_trees():
-    """A few trees do for all of this and are there at once."""
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(ensemble, "TREES", 6)
-        yield
 
 
 @pytest.fixture(scope="module")

@@ -20,6 +20,8 @@ from forcelab.recognition.settings import CLASSIFIERS, Settings
 from forcelab.recognition.training import train
 from forcelab.runtime import one_blas_thread
 
+pytestmark = pytest.mark.usefixtures("small_fits")
+
 OFF = Settings(max_scale=64.0, classifier="naive-bayes", threshold=None, median=None, drop=None)
 #: Strong enough to change something on these short, well separated recordings.
 ON = {"threshold": 0.999, "median": 12, "drop": 0.7}

@@ -21,6 +21,7 @@ from sklearn.svm import NuSVC
 from skops import io as skops_io
 
 from forcelab.errors import InputError
+from forcelab.recognition import ensemble
 from forcelab.recognition.ensemble import CalibratedEnsemble
 from forcelab.recognition.forest import Forest
 from forcelab.recognition.presets import preset
@@ -28,6 +29,8 @@ from forcelab.recognition.settings import CLASSIFIERS, Settings
 from forcelab.recognition.storage import TRUSTED, load_recogniser, pack, save_recogniser
 from forcelab.recognition.training import train
 from tests.recognition.format_1 import forest_in_format_1
+
+pytestmark = pytest.mark.usefixtures("small_fits")
 
 SMALL = Settings(max_scale=32.0, stride=6)
 
@@ -265,7 +268,8 @@ def test_a_recogniser_of_a_newer_format_is_refused_with_the_cure(trained, path):
     refused(path, "comes from a newer forcelab; update")
 
 
-def test_a_recogniser_of_format_1_predicts_to_the_bit_what_it_did(three, path):
+def test_a_recogniser_of_format_1_predicts_to_the_bit_what_it_did(three, path, monkeypatch):
+    monkeypatch.setattr(ensemble, "TREES", 50)  # as many as make most of the file
     recogniser = train(three[:2], preset("fast").replace(stride=1, changes=False))
     content = content_of(recogniser)
     for plain in (content["classifier"], *(part["classifier"] for part in content["live"])):

@@ -31,6 +31,8 @@ from forcelab.recognition.task_grammar import (
 )
 from forcelab.recognition.training import fit_examples, train
 
+pytestmark = pytest.mark.usefixtures("small_fits")
+
 
 def track(*pieces: tuple[str, float], hole: float = 0.0, start: float = 0.0):
     """Segments one after the other; None is unlabelled time."""
@@ -177,7 +179,6 @@ def test_a_damaged_one_is_not_read(damage):
         TaskGrammar.from_json(plain | damage)
 
 
-#: Small, so that a fit takes no time.
 QUICK = preset("fast")
 #: Where the actions of a click change, and how much a coder leaves bare around that, in seconds.
 CLICKS, BARE = (1.0, 2.2, 3.1), 0.2

@@ -21,6 +21,8 @@ from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples, prepare_all, train, training_job
 
+pytestmark = pytest.mark.usefixtures("small_fits")
+
 SMALL = Settings(max_scale=64.0, classifier="naive-bayes", threshold=None, median=None, drop=None)
 SMALL_MLP = SMALL.replace(classifier="mlp", stride=4)
 
@@ -133,8 +135,8 @@ def test_training_without_room_holds_the_features_of_one_demonstration_at_a_time
     monkeypatch, peak_memory
 ):
     monkeypatch.setattr(training_module, "ROOM", 0)
+    monkeypatch.setattr(label_noise, "TREES", 2)
     for module in (ensemble, label_noise):
-        monkeypatch.setattr(module, "TREES", 2)
         monkeypatch.setattr(module, "MOST", 200)
     items = labelled_set(14, rate=100.0)
     settings = preset("best").replace(step=None)
@@ -146,7 +148,6 @@ def test_training_without_room_holds_the_features_of_one_demonstration_at_a_time
 
 @pytest.mark.parametrize("room", [0, 1])  # for none, and for those of the first
 def test_training_learns_what_a_fit_to_kept_features_learns(three, monkeypatch, room):
-    monkeypatch.setattr(ensemble, "TREES", 2)
     monkeypatch.setattr(training_module, "ROOM", room)
     unkept = finish(prepare_all(three, preset("best"), room))
     assert [hasattr(example, "features") for example in unkept] == [room == 1, False, False]
@@ -159,7 +160,6 @@ def test_training_learns_what_a_fit_to_kept_features_learns(three, monkeypatch, 
 
 
 def test_what_follows_streams_is_learnt_of_no_more_samples_than_may_be(three, monkeypatch):
-    monkeypatch.setattr(ensemble, "TREES", 2)
     every, fewer = [], []
     fitting = live_model.fit_ensemble
 

@@ -13,7 +13,6 @@ from forcelab.recognition.results import DemonstrationResult
 from forcelab.review.active_learning import (
     BINS,
     ConfidenceCalibration,
-    _pool_adjacent_violators,
     acceptable_segments,
     calibrate_confidence,
     rank_proposals,
@@ -120,23 +119,6 @@ def test_only_what_is_probable_enough_is_acceptable():
 def test_what_is_wrong_is_always_a_share(accuracy, confidence):
     wrong = ConfidenceCalibration(np.array(accuracy), 1.0).wrong(np.array(confidence))
     assert np.all((wrong >= 0) & (wrong <= 1))
-
-
-@given(
-    bins=st.lists(
-        st.tuples(st.floats(0, 1), st.floats(0.5, 100)), min_size=1, max_size=BINS, unique=True
-    )
-)
-def test_what_is_surer_is_never_taken_for_less_often_right(bins):
-    values, weights = (np.array(column) for column in zip(*bins, strict=True))
-    n = len(values)
-
-    def mean(first, last):
-        return np.average(values[first : last + 1], weights=weights[first : last + 1])
-
-    # The minimax formula of isotonic regression (Robertson, Wright and Dykstra 1988, 1.4.9).
-    expected = [max(min(mean(j, k) for k in range(i, n)) for j in range(i + 1)) for i in range(n)]
-    np.testing.assert_allclose(_pool_adjacent_violators(values, weights), expected, atol=1e-9)
 
 
 def test_of_values_farther_apart_than_a_second_the_least_certain_one_is_looked_at_first():

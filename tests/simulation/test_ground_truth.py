@@ -10,8 +10,7 @@ from factories import make_track
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from forcelab.simulation.scene import Motion
-from forcelab.simulation.system import Event
+from forcelab.simulation.scene import Event, Motion
 from forcelab.simulation.tasks.ground_truth import (
     CONTACT_LOST,
     CONTACT_MADE,

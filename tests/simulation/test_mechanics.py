@@ -24,9 +24,6 @@ from forcelab.simulation.mechanics import (
     table_under,
 )
 from forcelab.simulation.scene import (
-    Arm,
-    Body,
-    Ground,
     Jaws,
     Pads,
     Profile,
@@ -541,32 +538,8 @@ def test_scales_turn_a_newton_into_each_place_s_own_measure(name):
         assert np.diff(force) == pytest.approx(0.01, rel=1e-2)
 
 
-@pytest.mark.parametrize(
-    ("build", "sentence"),
-    [
-        (lambda: Jaws(mass=0.0), "Jaws.mass must be finite and above zero, not 0.0."),
-        (lambda: Jaws(damping=-1.0), "Jaws.damping must be finite and not negative, not -1.0."),
-        (lambda: Body("block", 0.1, 0.01, float("nan")), "Body.stiffness must be finite and above"),
-        (lambda: Body("block", 0.1, 0.01, 1e3, exponent=0.5), "exponent is at least 1"),
-        (lambda: Pads(kinetic=0.0), "Pads.kinetic must be finite and above zero"),
-        (lambda: Pads(static=0.5), "friction at rest is not below that in motion"),
-        (lambda: Thread(0.01, 1e-6, 0.01, 0.02), "torque at rest is not below that in motion"),
-        (lambda: Arm(axes=("z", "y")), "the axes are y, z or y and z"),
-        (lambda: Profile(0.03, 0.0, 0.1, 0.02), "Profile.taper must be finite and above zero"),
-        (lambda: Profile(0.03, 0.01, 0.1, 0.02, lopsided=1.0), "lopsided by less than 1"),
-        (lambda: Socket(0.0, 0.004, 1.0, 1.0, 5e-4, 6e-4), "more than its width below the rim"),
-        (lambda: Socket(0.0, 0.004, 1.0, 1.0, 5e-3, 6e-4), "not below the bottom"),
-        (lambda: replace(SCENES["grip"], ground=Ground()), "a table needs an arm that moves"),
-        (lambda: replace(SCENES["socket"], arm=Arm()), "a socket needs a table and y"),
-        (lambda: replace(SCENES["twist"], arm=Arm()), "a thread and an arm are not combined"),
-    ],
-)
-def test_scenes_that_make_no_sense_are_refused_with_a_sentence(build, sentence):
-    with pytest.raises(InputError, match=sentence):
-        build()
-
-
-SOLVERS = [Explicit(tolerance=1e-6), Lsoda(tolerance=1e-6)]
+#: Closed forms are met by one solver as by another: what each of them does is tested by itself.
+SOLVER = Lsoda(tolerance=1e-6)
 
 
 def event_times(solution, kind, lane=0):
@@ -574,12 +547,11 @@ def event_times(solution, kind, lane=0):
     return [event.time for event in solution.events[lane] if event.kind == kind]
 
 
-@pytest.mark.parametrize("solver", SOLVERS)
-def test_a_falling_body_is_set_down_and_lifted_at_the_times_of_free_fall(solver):
+def test_a_falling_body_is_set_down_and_lifted_at_the_times_of_free_fall():
     scene = without_losses(SCENES["lift"])
     system = mechanics(scene, {"left jaw": 0.05, "right jaw": 0.05})
     start = state(system, {"left jaw": 0.05, "right jaw": 0.05, "body z": 0.02})
-    solution = integrate(system, start[:, None], np.linspace(0.0, 0.2, 201), solver)
+    solution = integrate(system, start[:, None], np.linspace(0.0, 0.2, 201), SOLVER)
     falls = np.sqrt(2.0 * 0.02 / 9.81)
     omega, rest = np.sqrt(4e4 / 0.05), 0.05 * 9.81 / 4e4
     speed = 9.81 * falls
@@ -591,12 +563,11 @@ def test_a_falling_body_is_set_down_and_lifted_at_the_times_of_free_fall(solver)
     assert event_times(solution, "body lifted")[0] == pytest.approx(falls + dented, abs=2e-7)
 
 
-@pytest.mark.parametrize("solver", SOLVERS)
-def test_a_jaw_meets_and_loses_a_body_after_half_a_swing(solver):
+def test_a_jaw_meets_and_loses_a_body_after_half_a_swing():
     scene = replace(without_losses(SCENES["grip"]), jaws=FREE)
     system = mechanics(scene)
     start = state(system, {"left jaw": 0.03, "right jaw": 0.1, "left jaw rate": -0.5})
-    solution = integrate(system, start[:, None], np.linspace(0.0, 0.1, 101), solver)
+    solution = integrate(system, start[:, None], np.linspace(0.0, 0.1, 101), SOLVER)
     reduced = 0.5 * 0.05
     half = np.pi * np.sqrt(reduced / scene.body.stiffness)
     assert event_times(solution, "left jaw: contact made") == pytest.approx([0.02], abs=1e-7)
@@ -606,8 +577,7 @@ def test_a_jaw_meets_and_loses_a_body_after_half_a_swing(solver):
     assert end["body x rate"] == pytest.approx(0.5, rel=1e-6)
 
 
-@pytest.mark.parametrize("solver", SOLVERS)
-def test_a_pulled_grip_slips_when_friction_at_rest_is_used_up(solver):
+def test_a_pulled_grip_slips_when_friction_at_rest_is_used_up():
     scene = replace(SCENES["held"], jaws=Jaws(dome=0.0))
     force, growth = 4.0, 8.0
     grip = 0.02 - force / scene.body.stiffness
@@ -617,7 +587,7 @@ def test_a_pulled_grip_slips_when_friction_at_rest_is_used_up(solver):
     system = Mechanics([scene], Trajectory.through([knots]))
     start = state(system, {"left jaw": grip, "right jaw": grip})
     times = np.linspace(0.0, 1.5, 1501)
-    solution = integrate(system, start[:, None], times, solver)
+    solution = integrate(system, start[:, None], times, SOLVER)
     begins = event_times(solution, "left jaw: slip begins")
     assert begins == event_times(solution, "right jaw: slip begins")
     fy = system.sensor_forces(times, solution.states[:, :, 0].T).reshape(2, 3, -1)[:, 1]
@@ -633,8 +603,7 @@ def test_a_pulled_grip_slips_when_friction_at_rest_is_used_up(solver):
     assert (height - held)[-1] > 4.0 * scene.arm.pads.static / scene.arm.pads.stiffness
 
 
-@pytest.mark.parametrize("solver", SOLVERS)
-def test_a_body_clicks_in_when_the_closed_form_says(solver):
+def test_a_body_clicks_in_when_the_closed_form_says():
     scene = replace(without_losses(SCENES["socket"]), gravity=0.0)
     socket, mass, speed = scene.socket, scene.body.mass, 0.9
     system = mechanics(scene, {"left jaw": 0.05, "right jaw": 0.05})
@@ -656,7 +625,7 @@ def test_a_body_clicks_in_when_the_closed_form_says(solver):
         return 1.0 / np.sqrt(speed**2 - 2.0 * stored / mass)
 
     way = quad(pace, 0.0, 0.001)[0] + quad(pace, 0.001, socket.snap_depth)[0]
-    solution = integrate(system, start[:, None], np.linspace(0.0, 0.02, 201), solver)
+    solution = integrate(system, start[:, None], np.linspace(0.0, 0.02, 201), SOLVER)
     kinds = [event.kind for event in solution.events[0]]
     assert event_times(solution, "into the socket") == pytest.approx([0.001], abs=1e-8)
     assert event_times(solution, "snap in") == pytest.approx([0.001 + way], abs=1e-7)
@@ -667,8 +636,8 @@ def test_a_body_clicks_in_when_the_closed_form_says(solver):
     assert end["in the socket"] == 0.0
 
 
-@pytest.mark.parametrize("stiffness", [1e1, 1e4, 1e8])
-@pytest.mark.parametrize("mass", [1e-6, 1e-2, 1e2])
+@pytest.mark.parametrize("stiffness", [1e1, 1e8])
+@pytest.mark.parametrize("mass", [1e-6, 1e2])
 def test_a_bounce_is_right_over_seven_decades_of_stiffness_and_eight_of_mass(stiffness, mass):
     scene = without_losses(SCENES["grip"])
     scene = replace(

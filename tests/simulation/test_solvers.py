@@ -270,8 +270,8 @@ def test_an_event_function_that_is_not_a_number_is_refused(solver):
         integrate(Torn(), np.array([[0.0], [1.0]]), np.linspace(0, 0.3, 31), solver)
 
 
-STIFFNESSES = [1e1, 1e3, 1e5, 1e6, 1e8]
-MASSES = [1e-6, 1e-4, 1e-2, 1.0, 1e2]
+STIFFNESSES = [1e1, 1e4, 1e6, 1e8]
+MASSES = [1e-6, 1e-2, 1e2]
 ADAPTIVE = [Explicit(max_steps=1500), Lsoda(1e-5, max_steps=1500), Radau(max_steps=400)]
 EVERY = [*ADAPTIVE, Rosenbrock(max_steps=1500)]
 DURATION = 1e-3

@@ -19,7 +19,7 @@ from forcelab.gui.figures.axes import (
     draw_left,
     paint_curve,
 )
-from forcelab.gui.figures.figure import LIGHT, MARGIN, Figure, Theme
+from forcelab.gui.figures.figure import MARGIN, Figure
 from forcelab.gui.figures.tracks import LabelStyle, paint_track
 from forcelab.labels import from_codes
 
@@ -35,7 +35,7 @@ AXIS_ROOM = 36.0
 
 @dataclass(frozen=True, eq=False)
 class ClusterFigure(Figure):
-    """One signal in `unit`, drawn once for each clustering.
+    """One signal in N, drawn once for each clustering.
 
     `times` (s) are increasing and have as many samples as the signal and each row's codes. `rows`
     are the features' names and the cluster of every sample from 0; there are no more clusters than
@@ -46,8 +46,6 @@ class ClusterFigure(Figure):
     times: NDArray[np.float64]
     signal: NDArray[np.float64]
     rows: tuple[tuple[str, NDArray[np.int64]], ...]
-    unit: str = "N"
-    theme: Theme = LIGHT
 
     @property
     def size(self) -> QSizeF:
@@ -86,7 +84,7 @@ class ClusterFigure(Figure):
         painter.setPen(QPen(QColor(self.theme.grid), 1.0))
         levels = [up.at(value) for value, _ in up.marks(upright=True)]
         painter.drawLines([QLineF(LEFT, y, LEFT + PLOT_WIDTH, y) for y in levels])
-        draw_left(painter, up, LEFT, f"force ({self.unit})", self.theme)
+        draw_left(painter, up, LEFT, "force (N)", self.theme)
         edges = [0, *(np.flatnonzero(np.diff(codes)) + 1).tolist(), len(codes)]
         for first, last in pairwise(edges):
             # Up to the first sample of the next piece, so that the line has no gaps.

@@ -22,6 +22,7 @@ from forcelab.runs import marked_runs
 from forcelab.signals.minmax import Columns, Envelope, Extremes, drawn_together, read_envelopes
 from forcelab.vocabulary import Vocabulary
 
+WIDTH = 960.0
 #: Heights of a track, of a channel, and of what is left free below either; all in pixels.
 BAR, STRIP, APART = 15.0, 54.0, 12.0
 #: Room for the names at the left, at most, and for the numbers between them and the curves.
@@ -42,18 +43,17 @@ class DemonstrationFigure(Figure):
     tracks: tuple[Track, ...]
     vocabulary: Vocabulary
     theme: Colours = LIGHT
-    width: float = 960.0
 
     @property
     def size(self) -> QSizeF:
-        return QSizeF(self.width, self._bottom + AXIS_ROOM + MARGIN)
+        return QSizeF(WIDTH, self._bottom + AXIS_ROOM + MARGIN)
 
     @cached_property
     def axis(self) -> Axis:
         names = [track.author for track in self.tracks] + self._channel_names
         room = min(text.widest(map(text.printable, names), text.font()), NAME_ROOM)
         shown = self.demonstration
-        return Axis(shown.start, shown.end, MARGIN + room + 10 + NUMBER_ROOM, self.width - MARGIN)
+        return Axis(shown.start, shown.end, MARGIN + room + 10 + NUMBER_ROOM, WIDTH - MARGIN)
 
     def paint(self, painter: QPainter) -> None:
         self.paint_title(painter)
@@ -112,7 +112,7 @@ class DemonstrationFigure(Figure):
 
     @property
     def _legend(self) -> Legend:
-        return Legend(self._styles, self.width - 2 * MARGIN)
+        return Legend(self._styles, WIDTH - 2 * MARGIN)
 
     @property
     def _wide(self) -> float:

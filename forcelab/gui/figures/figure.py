@@ -71,7 +71,7 @@ class Figure(ABC):
     """A drawing of a fixed size, painted alike on screen, in notebooks and into files."""
 
     title: str
-    theme: Theme
+    theme: Theme = LIGHT
 
     @property
     @abstractmethod

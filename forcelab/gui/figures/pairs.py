@@ -188,6 +188,7 @@ AXIS_ROOM = 36.0
 TALL = 900.0
 KEY_LINE = 15.0
 KEY = "Upper bar: human. Lower bar: predicted. White: unlabelled."
+NOTES = "At the right: accuracy after the filters."
 STRETCHED_NOTE = "Each over the whole width."
 LIGHTER = "Lighter: less probable."
 BETWEEN = "Between: bar where they differ, line where nothing was predicted."
@@ -201,8 +202,7 @@ class TimelinePairs(Figure):
 
     The vocabulary has every drawn action; the legend begins with `actions`, the others follow in
     the order of their occurrence, human tracks first. The height follows from the number of pairs.
-    `note_key` explains the notes below the title, where any pair has a note. `stretched` pairs take
-    the whole width each, without a time axis.
+    `stretched` pairs take the whole width each, without a time axis.
     """
 
     title: str
@@ -211,7 +211,6 @@ class TimelinePairs(Figure):
     actions: tuple[str, ...] = ()
     theme: Theme = LIGHT
     width: float = 960.0
-    note_key: str = ""
     stretched: bool = False
 
     def __post_init__(self) -> None:
@@ -294,7 +293,7 @@ class TimelinePairs(Figure):
         """The explanation of the figure, in one line or two."""
         first = [KEY, STRETCHED_NOTE] if self.stretched else [KEY]
         if any(pair.note for pair in self.pairs):
-            first.append(self.note_key)
+            first.append(NOTES)
         second = [LIGHTER] if any(pair.probability_trace is not None for pair in self.pairs) else []
         if any(pair.marks is not None for pair in self.pairs):
             second.append(BETWEEN)

@@ -86,5 +86,4 @@ def _pairs(result: RunResult | Evaluation, vocabulary: Vocabulary) -> TimelinePa
         pairs,
         vocabulary.with_actions(*result.actions),
         result.actions,
-        note_key="At the right: accuracy after the filters.",
     )

@@ -100,12 +100,6 @@ def widest(texts: Iterable[str], face: QFont) -> float:
     return max((width(text, face) for text in texts), default=0.0)
 
 
-@lru_cache(maxsize=64)
-def _rise(face: QFont) -> float:
-    """How far the middle of a face's capital letters is above its baseline, in pixels."""
-    return QFontMetricsF(face).capHeight() / 2
-
-
 def elided(text: str, face: QFont, room: float) -> str:
     """A sentence cut to `room` pixels, with a sign where something was left out."""
     return QFontMetricsF(face).elidedText(printable(text), Qt.TextElideMode.ElideRight, room)
@@ -147,7 +141,7 @@ def draw_text(
     painter.setFont(face)
     painter.setPen(ink)
     left = x - align * width(line, face) if align else x
-    painter.drawText(QPointF(left, y + _rise(face)), line)
+    painter.drawText(QPointF(left, y + QFontMetricsF(face).capHeight() / 2), line)
 
 
 def draw_text_upwards(

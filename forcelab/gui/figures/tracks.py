@@ -6,7 +6,6 @@ import math
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, lru_cache
 from operator import attrgetter
 from typing import TYPE_CHECKING
 
@@ -307,26 +306,14 @@ def _multiples(step: float, low: float, high: float) -> Iterator[float]:
 def _sign(painter: QPainter, bar: QRectF, _action: str, style: LabelStyle) -> None:
     """Draw an action's sign in the middle of a bar that is wide enough for it."""
     label = style.sign.upper()  # as on the caps of keys
-    needed = _room(label)
+    face, centre = text.font(SIGN), bar.center()
+    needed = text.width(label, face) + 2 * PADDING
     if not label or bar.width() < needed:
         return
-    face, centre = text.font(SIGN), bar.center()
     plate(painter, bar, needed - PADDING, style)
     text.draw_text(
-        painter, centre.x(), centre.y(), label, face=face, ink=_ink(style.colour.rgb()), align=0.5
+        painter, centre.x(), centre.y(), label, face=face, ink=text.ink_on(style.colour), align=0.5
     )
-
-
-@cache
-def _room(label: str) -> float:
-    """Width of the narrowest bar that a sign is written in, in pixels."""
-    return text.width(label, text.font(SIGN)) + 2 * PADDING
-
-
-@lru_cache(maxsize=1024)
-def _ink(ground: int) -> QColor:
-    """The colour of text on a ground, given as of :meth:`QColor.rgb`."""
-    return text.ink_on(QColor.fromRgb(ground))
 
 
 #: A mark is at least so wide, in pixels; one as wide as two posts has a post at each end.

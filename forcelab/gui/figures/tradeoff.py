@@ -23,7 +23,7 @@ from forcelab.gui.figures.axes import (
     place_along,
     place_labels,
 )
-from forcelab.gui.figures.figure import LIGHT, MARGIN, Figure, Theme
+from forcelab.gui.figures.figure import MARGIN, Figure
 from forcelab.measure.rows import Row, Table
 
 #: Room for the numbers of the upward axis, and for half of the last one across.
@@ -72,7 +72,6 @@ class Tradeoff(Figure):
     """
 
     table: Table
-    theme: Theme = LIGHT
 
     def __post_init__(self) -> None:
         if not any(row.point for row in self.table.rows):

@@ -22,7 +22,7 @@ from forcelab.gui.figures.axes import (
     paint_names,
 )
 from forcelab.gui.figures.colormap import colormap_colours
-from forcelab.gui.figures.figure import LIGHT, MARGIN, Figure, Theme
+from forcelab.gui.figures.figure import MARGIN, Figure
 from forcelab.signals.cwt import cwt, frequencies
 from forcelab.signals.wavelets import Morlet
 
@@ -89,7 +89,6 @@ class WaveletFigure(Figure):
     times: NDArray[np.float64]
     signal: NDArray[np.float64]
     tones: tuple[float, ...] = ()
-    theme: Theme = LIGHT
 
     @property
     def size(self) -> QSizeF:

@@ -331,7 +331,6 @@ class ValueAxis(pg.AxisItem):
     """An axis with the window's fonts, colours and minus signs."""
 
     def __init__(self, side: str, title: str = "") -> None:
-        self._numbers: tuple[object, list[float]] = None, []
         super().__init__(side)
         self.setLabel(title)
         self.label.setFont(text.font(NUMBER))
@@ -394,11 +393,9 @@ class ValueAxis(pg.AxisItem):
     def numbers(self) -> list[float]:
         """The values that have numbers in any case."""
         upright = self.orientation in ("left", "right")
-        state = (*self.range, (self.size().height() if upright else self.size().width()) or 1.0)
-        if state != self._numbers[0]:  # asked for at each step of a pan
-            levels = self.tickValues(*state)
-            self._numbers = state, list(levels[0][1]) if levels else []
-        return self._numbers[1]
+        length = self.size().height() if upright else self.size().width()
+        levels = self.tickValues(*self.range, length or 1.0)
+        return list(levels[0][1]) if levels else []
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
         if self.logMode:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Generator
+from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QModelIndex, QSize, Qt
@@ -72,21 +73,8 @@ def metric_rows(
             metric, metric.title, *values, sure=ends is None or not ends[0] <= 0 <= ends[1]
         )
         cells = (*row.cells, metric.span(ends, signed=True))
-        rows.append(TableRow(cells, tip=metric.tip, colours=row.colours))
+        rows.append(replace(row, cells=cells, tip=metric.tip))
     return tuple(rows)
-
-
-def demonstration_rows(
-    comparison: Comparison, stage: str, metric: Metric, hidden: Collection[str]
-) -> tuple[tuple[TableRow, ...], tuple[str, ...]]:
-    """A row for each demonstration that both tested and that is not hidden; and their ids."""
-    rows, ids = [], []
-    for pair in comparison.pairs:
-        if pair[0].id not in hidden:
-            values = (metric.value(result.scores.get(stage, {})) for result in pair)
-            rows.append(_difference_row(metric, pair[0].name, *values))
-            ids.append(pair[0].id)
-    return tuple(rows), tuple(ids)
 
 
 def settings_differences(comparison: Comparison) -> str:
@@ -295,7 +283,16 @@ class ComparisonDialog(QDialog):
             return
         metric = self.metrics[index.row()]
         stage, hidden = str(self.stage.currentData()), blind_demonstrations(self.document)
-        rows, self._ids = demonstration_rows(comparison, stage, metric, hidden)
+        pairs = [pair for pair in comparison.pairs if pair[0].id not in hidden]
+        self._ids = tuple(first.id for first, _ in pairs)
+        rows = [
+            _difference_row(
+                metric,
+                first.name,
+                *(metric.value(result.scores.get(stage, {})) for result in (first, second)),
+            )
+            for first, second in pairs
+        ]
         columns = comparison_columns(comparison, metric.title, sure=False)
         self.each_model.show(columns, rows)
         self.each.fit_columns(stretched=0)

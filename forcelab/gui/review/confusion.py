@@ -67,46 +67,6 @@ from forcelab.review.run_result import RunResult
 from forcelab.text import counted
 
 
-def cell_sentence(cells: ConfusionCounts, cell: tuple[int, int], unit: Unit, share: Share) -> str:
-    """Such as ``"grab seen as hold: 12.3 s, 8 % of grab, in 5 places"``; by column, of hold."""
-    row, column = cell
-    human = cells.actions[row]
-    missed = column == len(cells.actions)
-    predicted = "unlabelled" if missed else cells.actions[column]
-    if missed:
-        event = f"{human} left unlabelled"
-    elif row == column:
-        event = f"{human} recognised"
-    else:
-        event = f"{human} seen as {predicted}"
-    matrix = cells.matrix(unit)
-    if matrix[row, column] == 0:
-        return f"{event}: never"
-    part = 100 * float(normalise(matrix, "column" if share == "column" else "row")[row, column])
-    total = human
-    if share == "column":
-        total = f"all that was {'left unlabelled' if missed else f'seen as {predicted}'}"
-    share_text = f"{_percent_text(part)} % of {total}"
-    number = int((matrix if unit == "segments" else cells.numbers(unit))[row, column])
-    if unit == "segments":
-        return f"{event}: {counted(number, 'segment')}, {share_text}"
-    seconds = f"{matrix[row, column]:,.{_decimals(matrix[row, column])}f} s"
-    return f"{event}: {seconds}, {share_text}, in {counted(number, 'place')}"
-
-
-def matrix_as_tsv(cells: ConfusionCounts, unit: Unit, share: Share) -> str:
-    """What the matrix shows as lines of cells with tabs between them."""
-    matrix = cells.matrix(unit)
-    cells_shown = matrix if share == "counts" else normalise(matrix, share)
-    decimals = 4 if share != "counts" else 3 if unit == "time" else 0
-    lines = [["", *cells.actions, "unlabelled"]]
-    lines += [
-        [action, *(f"{value:.{decimals}f}" for value in row)]
-        for action, row in zip(cells.actions, cells_shown.tolist(), strict=True)
-    ]
-    return as_tsv(lines)
-
-
 def _decimals(seconds: float) -> int:
     """A tenth of a second is enough, unless there is less than one."""
     return 1 if seconds >= 1 else 3
@@ -490,9 +450,18 @@ class ConfusionView(QWidget):
         return None if self.cells is None else self._figure(headed=True)
 
     def copy(self) -> None:
-        if self.cells is not None:
-            copy_text(matrix_as_tsv(self.cells, self.switches.unit, self.switches.share))
-            self.document.show_message("The matrix was copied.")
+        """Copy what the matrix shows as tab-separated text."""
+        cells, unit, share = self.cells, self.switches.unit, self.switches.share
+        if cells is None:
+            return
+        matrix = cells.matrix(unit)
+        shown = matrix if share == "counts" else normalise(matrix, share)
+        decimals = 4 if share != "counts" else 3 if unit == "time" else 0
+        lines = [["", *cells.actions, "unlabelled"]]
+        for action, row in zip(cells.actions, shown.tolist(), strict=True):
+            lines.append([action, *(f"{value:.{decimals}f}" for value in row)])
+        copy_text(as_tsv(lines))
+        self.document.show_message("The matrix was copied.")
 
     def ask_save(self) -> None:
         title = "Save the confusion matrix"
@@ -629,9 +598,35 @@ class ConfusionView(QWidget):
         if self.cells is None or cell is None:
             self.sentence.setText("")
             return
-        text = cell_sentence(self.cells, cell, self.switches.unit, self.switches.share)
+        text = self._cell_sentence(self.cells, *cell)
         self.sentence.setText(text)
         self.canvas.setAccessibleDescription(text)
+
+    def _cell_sentence(self, cells: ConfusionCounts, row: int, column: int) -> str:
+        """Such as ``"grab seen as hold: 12.3 s, 8 % of grab, in 5 places"``; by column, of hold."""
+        unit, share = self.switches.unit, self.switches.share
+        human = cells.actions[row]
+        missed = column == len(cells.actions)
+        predicted = "unlabelled" if missed else cells.actions[column]
+        if missed:
+            event = f"{human} left unlabelled"
+        elif row == column:
+            event = f"{human} recognised"
+        else:
+            event = f"{human} seen as {predicted}"
+        matrix = cells.matrix(unit)
+        if matrix[row, column] == 0:
+            return f"{event}: never"
+        part = 100 * float(normalise(matrix, "column" if share == "column" else "row")[row, column])
+        total = human
+        if share == "column":
+            total = f"all that was {'left unlabelled' if missed else f'seen as {predicted}'}"
+        share_text = f"{_percent_text(part)} % of {total}"
+        number = int((matrix if unit == "segments" else cells.numbers(unit))[row, column])
+        if unit == "segments":
+            return f"{event}: {counted(number, 'segment')}, {share_text}"
+        seconds = f"{matrix[row, column]:,.{_decimals(matrix[row, column])}f} s"
+        return f"{event}: {seconds}, {share_text}, in {counted(number, 'place')}"
 
     def _pick(self, row: int, column: int, by_key: bool) -> None:
         """List the intervals of a cell; the keyboard goes there too."""

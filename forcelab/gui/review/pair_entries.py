@@ -151,30 +151,6 @@ def read_tracks(
     return tracks
 
 
-def pair_entries(
-    run: RunResult, tracks: Mapping[str, Tracks], extra: ExtraRows, hidden: Collection[str]
-) -> tuple[PairEntry, ...]:
-    """All demonstrations but the hidden, the tested first; tracks by id, else those of the run."""
-    tested = tuple(
-        tested_entry(run, reviewed, tracks.get(reviewed.id, {}), extra)
-        for reviewed in run.tested
-        if reviewed.id not in hidden
-    )
-    proposals = tuple(
-        PairEntry(reviewed, None, extra.lanes(reviewed, {}))
-        for reviewed in run.proposals
-        if reviewed.id not in hidden
-    )
-    return tested + proposals
-
-
-def tested_entry(
-    run: RunResult, reviewed: DemonstrationResult, tracks: Tracks, extra: ExtraRows
-) -> PairEntry:
-    human = tracks.get(run.author, reviewed.human)
-    return PairEntry(reviewed, human, extra.lanes(reviewed, tracks))
-
-
 def filter_and_sort(
     entries: Sequence[PairEntry], order: PairOrder, searched: str = ""
 ) -> list[PairEntry]:

@@ -35,9 +35,7 @@ from forcelab.gui.review.pair_entries import (
     PairOrder,
     filter_and_sort,
     other_coders,
-    pair_entries,
     read_tracks,
-    tested_entry,
     tracks_by_coder,
 )
 from forcelab.gui.review.pairs_list import MARGIN, Hit, PairsList, hit_interval
@@ -47,6 +45,7 @@ from forcelab.gui.text import escape_ampersands
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import combo_box
 from forcelab.labels import Segments
+from forcelab.recognition.results import DemonstrationResult
 from forcelab.review.run_result import RunResult, action_styles
 from forcelab.vocabulary import Vocabulary
 
@@ -309,7 +308,6 @@ class PairsView(QWidget):
             ),
             self._vocabulary,
             tuple(self._styles),
-            note_key="At the right: accuracy after the filters.",
             stretched=self.tools.stretched.isChecked(),
         )
 
@@ -386,8 +384,20 @@ class PairsView(QWidget):
             coders = other_coders(self.document, self._hidden)
             if coders != self.tools.coders:
                 self.tools.offer(coders)
-            self._entries = pair_entries(run, self._tracks, self.tools.extra_rows, self._hidden)
+            lanes = self.tools.extra_rows.lanes
+            tested = (self._tested_entry(run, reviewed) for reviewed in run.tested)
+            proposals = (
+                PairEntry(reviewed, None, lanes(reviewed, {})) for reviewed in run.proposals
+            )
+            entries = (*tested, *proposals)
+            self._entries = tuple(entry for entry in entries if entry.id not in self._hidden)
         self._show()
+
+    def _tested_entry(self, run: RunResult, reviewed: DemonstrationResult) -> PairEntry:
+        """A demonstration with the coder's track as it is now, as far as that is known."""
+        tracks = self._tracks.get(reviewed.id, {})
+        human = tracks.get(run.author, reviewed.human)
+        return PairEntry(reviewed, human, self.tools.extra_rows.lanes(reviewed, tracks))
 
     def _show(self) -> None:
         self._vocabulary = self._current_vocabulary()
@@ -487,9 +497,9 @@ class PairsView(QWidget):
             return
         if not self.isVisible():
             return
-        extra = self.tools.extra_rows
+        coders = (run.author, *self.tools.extra_rows.coders)
         try:
-            tracks = tracks_by_coder(project, run, old.reviewed, (run.author, *extra.coders))
+            tracks = tracks_by_coder(project, run, old.reviewed, coders)
         except ForcelabError as error:
             document.show_message(str(error), True)
             return
@@ -498,7 +508,7 @@ class PairsView(QWidget):
         self._tracks[old.id] = tracks
         if self._jobs.awaits(TRACKS_JOB):
             self._read_all()  # once more, as it may have read what was there before
-        new = tested_entry(run, old.reviewed, tracks, extra)
+        new = self._tested_entry(run, old.reviewed)
         self._entries = tuple(new if entry is old else entry for entry in self._entries)
         names = set(self._vocabulary.names)
         if any(s.action not in names for track in new.final_tracks for s in track):

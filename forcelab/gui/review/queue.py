@@ -193,6 +193,18 @@ def what_is_left_text(folded: Sequence[QueueSection]) -> str:
 BUTTON_MARGIN = 20
 
 
+#: Of each verdict its text, what is left of it where there is little room, and its tip.
+VERDICTS = {
+    "human": ("Human right", "Human", "The label is right; it stays."),
+    "model": (
+        "Model right",
+        "Model",
+        "The prediction is right; your label is changed to it (undo takes it back).",
+    ),
+    "ambiguous": ("Ambiguous", "Unclear", "It cannot be decided; the label stays."),
+}
+
+
 class VerdictButtons(QWidget):
     """Three verdicts; for what is judged already, one button to withdraw the verdict."""
 
@@ -201,24 +213,14 @@ class VerdictButtons(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self._texts = {
-            "human": ("Human right", "Human"),
-            "model": ("Model right", "Model"),
-            "ambiguous": ("Ambiguous", "Unclear"),
-        }
-        tips = {
-            "human": "The label is right; it stays.",
-            "model": "The prediction is right; your label is changed to it (undo takes it back).",
-            "ambiguous": "It cannot be decided; the label stays.",
-        }
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(4)
         self.verdicts: dict[str, QPushButton] = {}
-        for verdict, (text, _) in self._texts.items():
+        for verdict, (text, _, tip) in VERDICTS.items():
             button = QPushButton()
             button.setAccessibleName(text)
-            button.setToolTip(tips[verdict])
+            button.setToolTip(tip)
             button.clicked.connect(lambda _=False, v=verdict: self.judged.emit(v))
             row.addWidget(button, 1)
             self.verdicts[verdict] = button
@@ -230,13 +232,15 @@ class VerdictButtons(QWidget):
             button.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         keys().changed.connect(self._print_keys)
         self._print_keys()
-        self.offer(open_=False, judged=False)
+        self.offer(None)
 
-    def offer(self, *, open_: bool, judged: bool) -> None:
-        """Offer verdicts on what is open, or to withdraw the one on what is judged."""
+    def offer(self, item: QueueItem | None) -> None:
+        """Offer verdicts on a difference, or to withdraw the one that is given."""
+        judged = isinstance(item, StoredVerdict)
         for button in self.verdicts.values():
             button.setHidden(judged)
-            set_enabled_with_reason(button, "" if open_ else CHOOSE_DIFFERENCE)
+            obstacle = "" if isinstance(item, Difference) else CHOOSE_DIFFERENCE
+            set_enabled_with_reason(button, obstacle)
         self.withdraw.setHidden(not judged)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -245,13 +249,12 @@ class VerdictButtons(QWidget):
 
     def _print_keys(self) -> None:
         """Write each key below its verdict."""
-        longest = max(
-            self.fontMetrics().horizontalAdvance(text) for text, _ in self._texts.values()
-        )
-        short = self.width() < len(self._texts) * (longest + BUTTON_MARGIN)
+        width = self.fontMetrics().horizontalAdvance
+        longest = max(width(text) for text, _, _ in VERDICTS.values())
+        short = self.width() < len(VERDICTS) * (longest + BUTTON_MARGIN)
         for verdict, button in self.verdicts.items():
             key = keys().shown(f"verdict_{verdict}")
-            text = self._texts[verdict][short]
+            text = VERDICTS[verdict][short]
             button.setText(f"{text}\n{key}" if key else text)
 
 
@@ -534,13 +537,7 @@ class QueueView(QWidget):
     def _follow(self) -> None:
         """Mark the examined interval, wherever it was chosen; only that one is judged."""
         self.list.mark(self.document.review.examined)
-        self._offer()
-
-    def _offer(self) -> None:
-        item = self.current
-        self.buttons.offer(
-            open_=isinstance(item, Difference), judged=isinstance(item, StoredVerdict)
-        )
+        self.buttons.offer(self.current)
 
     def _training_changed(self) -> None:
         if self.document.review.run is None:
@@ -596,4 +593,4 @@ class QueueView(QWidget):
         self.buttons.setVisible(filled)
         self._summary.setVisible(filled)
         self._summary.setText(queue_summary(self.queue))
-        self._offer()
+        self.buttons.offer(self.current)

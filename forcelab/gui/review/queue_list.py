@@ -88,13 +88,6 @@ SECTION_TEXTS = {
 VERDICT_NAMES = {"human": "human right", "model": "model right", "ambiguous": "ambiguous"}
 
 
-def percentages_text(kind: str) -> str:
-    """What the percentages of a section are, and its order."""
-    if kind == "suspected":
-        return "Percentages: how much speaks for an error of the coder, the largest first."
-    return "Percentages: how sure the model is; what is long and sure comes first."
-
-
 def action_name(action: str | None) -> str:
     return "unlabelled" if action is None else action
 
@@ -131,28 +124,11 @@ class QueueSection:
 
     @property
     def tip(self) -> str:
-        return "\n".join(
-            filter(None, (self.explained, self.percentages and percentages_text(self.kind)))
-        )
-
-
-def queue_sections(
-    queue: Queue, names: Mapping[str, str], text: str = ""
-) -> tuple[QueueSection, ...]:
-    """The sections that hold anything, with the items whose action or demonstration fits."""
-    text = text.strip().casefold()
-
-    def fits(about: Interval) -> bool:
-        actions = action_name(about.human), action_name(about.predicted)
-        return any(text in t.casefold() for t in (*actions, names.get(about.demonstration, "")))
-
-    sections = []
-    for kind in get_args(SectionKind):
-        items = tuple(getattr(queue, kind))
-        listed = tuple(filter(fits, items)) if text else items
-        if listed:
-            sections.append(QueueSection(kind, listed, len(items)))
-    return tuple(sections)
+        """What is in it, what its percentages are, and its order by these."""
+        order = "how sure the model is; what is long and sure comes first."
+        if self.kind == "suspected":
+            order = "how much speaks for an error of the coder, the largest first."
+        return f"{self.explained}\nPercentages: {order}" if self.percentages else self.explained
 
 
 class QueueModel(QAbstractListModel):
@@ -169,12 +145,22 @@ class QueueModel(QAbstractListModel):
         self._heads: tuple[int, ...] = (0,)  # the rows of the headings, and how many rows there are
 
     def show(self, queue: Queue, names: Mapping[str, str], text: str = "") -> bool:
-        """Show a queue; gives whether anything changed."""
-        sections = queue_sections(queue, names, text)
-        if (sections, names) == (self.sections, self.names):
+        """Show what of a queue has a text in action or demonstration; gives whether it changed."""
+        text = text.strip().casefold()
+
+        def fits(about: Interval) -> bool:
+            actions = action_name(about.human), action_name(about.predicted)
+            return any(text in t.casefold() for t in (*actions, names.get(about.demonstration, "")))
+
+        sections = []
+        for kind in get_args(SectionKind):
+            items = tuple(getattr(queue, kind))
+            if listed := tuple(filter(fits, items)) if text else items:
+                sections.append(QueueSection(kind, listed, len(items)))
+        if (tuple(sections), names) == (self.sections, self.names):
             return False
         self.beginResetModel()
-        self.sections, self.names = sections, names
+        self.sections, self.names = tuple(sections), names
         self._count()
         self.endResetModel()
         return True
@@ -290,12 +276,92 @@ class QueuePainter(QStyledItemDelegate):
         selected = bool(option.state & QStyle.StateFlag.State_Selected)
         paint_row_background(painter, option, selected and isinstance(item, QueueItem))
         if isinstance(item, QueueSection):
-            _paint_section(painter, option, item, item.kind not in self._model.folded)
+            self._paint_section(painter, option, item)
         elif item is not None:
-            styles = self._style(item.human), self._style(item.predicted)
-            name = self._model.names.get(item.demonstration, "")
-            _paint_item(painter, option, item, name, styles)
+            self._paint_item(painter, option, item)
         painter.restore()
+
+    def _paint_section(
+        self, painter: QPainter, option: QStyleOptionViewItem, section: QueueSection
+    ) -> None:
+        theme, box = colours(), QRectF(option.rect)
+        height = QFontMetricsF(option.font).height()
+        left, right = box.left() + SIDE * height, box.right() - SIDE * height
+        line = QRectF(left + 0.9 * height, box.top() + ABOVE * height, 0, height)
+        line.setRight(right)
+        centre = QPointF(left + 0.25 * height, line.center().y())
+        paint_chevron(painter, centre, height, section.kind not in self._model.folded)
+        listed = len(section)
+        count = str(listed) if listed == section.total else f"{listed}/{section.total}"
+        small = smaller(option.font)
+        draw_line(painter, line, count, small, theme.muted, RIGHT)
+        below = QRectF(
+            line.left(), line.bottom() + 0.5 * ABOVE * height, line.width(), SMALL * height
+        )
+        line.setRight(right - QFontMetricsF(small).horizontalAdvance(count) - GAP * height)
+        face = QFont(option.font)
+        face.setBold(True)
+        ink = theme.warning if section.kind == "suspected" else theme.text
+        draw_line(painter, line, section.title, face, ink)
+        if rated := section.percentages:  # as the head of the percentages below it
+            draw_line(painter, below, rated, small, theme.text, RIGHT)
+            wide = QFontMetricsF(small).horizontalAdvance(rated)
+            below.setRight(right - wide - 2 * GAP * height)
+        draw_line(painter, below, section.explained, small, theme.muted)
+
+    def _paint_item(
+        self, painter: QPainter, option: QStyleOptionViewItem, place: QueueItem
+    ) -> None:
+        """A difference: human, arrow, model and how sure above; where and how long below."""
+        theme, box = colours(), QRectF(option.rect)
+        face, small = option.font, smaller(option.font)
+        height = QFontMetricsF(face).height()
+        left, right = box.left() + SIDE * height + 0.9 * height, box.right() - SIDE * height
+        line = QRectF(left, box.top() + ABOVE * height, right - left, height)
+        text = _verdict_or_probability(place)
+        room = QFontMetricsF(face).horizontalAdvance(text) + 1 if text else 0.0
+        draw_line(painter, line, text, face, theme.text, RIGHT)
+        line.setRight(right - room - (GAP * height if text else 0))
+        self._paint_names(painter, line, face, (place.human, place.predicted))
+        sizes = QFontMetricsF(small)
+        below = QRectF(left, line.bottom() + ABOVE * height, right - left, sizes.height())
+        seconds = f"{place.duration:.2f} s"
+        draw_line(painter, below, seconds, small, theme.muted, RIGHT)
+        span = f"{place.start:.2f}–{place.end:.2f} s"
+        below.setRight(right - sizes.horizontalAdvance(seconds) - GAP * height - 1)
+        wide = sizes.horizontalAdvance(span) + GAP * height
+        name = QRectF(below)
+        name.setRight(below.right() - wide)
+        demonstration = self._model.names.get(place.demonstration, "")
+        written = draw_line(painter, name, demonstration, small, theme.muted, elide=NAMES)
+        below.setLeft(left + (written + GAP * height if written else 0))
+        draw_line(painter, below, span, small, theme.muted)
+
+    def _paint_names(
+        self, painter: QPainter, line: QRectF, face: QFont, actions: tuple[str | None, str | None]
+    ) -> None:
+        """Swatch and name of what the human labelled, an arrow, and those of the prediction."""
+        theme, metrics = colours(), QFontMetricsF(face)
+        height = metrics.height()
+        side, gap, arrow = round(0.72 * height), GAP * height, 1.1 * height
+        room = line.width() - 2 * side - 4 * gap - arrow
+        widths = [metrics.horizontalAdvance(action_name(action)) + 1 for action in actions]
+        if sum(widths) > room:  # a short name leaves its room to a long one
+            least = min(room / 2, *widths)
+            widths = [w if w == least else room - least for w in widths]
+            if widths[0] == widths[1]:
+                widths = [room / 2, room / 2]
+        x = line.left()
+        for i, (action, width) in enumerate(zip(actions, widths, strict=True)):
+            if i:
+                _paint_arrow(painter, QRectF(x, line.top(), arrow, height))
+                x += arrow + gap
+            box = QRectF(round(x), round(line.center().y() - side / 2), side, side)
+            paint_swatch(painter, box, self._style(action))
+            x += side + gap
+            ink = theme.muted if action is None else theme.text
+            where = QRectF(x, line.top(), max(width, 0), height)
+            x += draw_line(painter, where, action_name(action), face, ink, elide=NAMES) + gap
 
     def _style(self, action: str | None) -> LabelStyle:
         if action is None:
@@ -307,102 +373,12 @@ def row_height(font: QFont) -> int:
     return round(QFontMetricsF(font).height() * (1 + SMALL + 3 * ABOVE))
 
 
-def _paint_section(
-    painter: QPainter, option: QStyleOptionViewItem, section: QueueSection, expanded: bool
-) -> None:
-    theme, box = colours(), QRectF(option.rect)
-    height = QFontMetricsF(option.font).height()
-    left, right = box.left() + SIDE * height, box.right() - SIDE * height
-    line = QRectF(left + 0.9 * height, box.top() + ABOVE * height, 0, height)
-    line.setRight(right)
-    centre = QPointF(left + 0.25 * height, line.center().y())
-    paint_chevron(painter, centre, height, expanded)
-    listed = len(section)
-    count = str(listed) if listed == section.total else f"{listed}/{section.total}"
-    small = smaller(option.font)
-    draw_line(painter, line, count, small, theme.muted, RIGHT)
-    below = QRectF(line.left(), line.bottom() + 0.5 * ABOVE * height, line.width(), SMALL * height)
-    line.setRight(right - QFontMetricsF(small).horizontalAdvance(count) - GAP * height)
-    face = QFont(option.font)
-    face.setBold(True)
-    ink = theme.warning if section.kind == "suspected" else theme.text
-    draw_line(painter, line, section.title, face, ink)
-    if rated := section.percentages:  # as the head of the percentages below it
-        draw_line(painter, below, rated, small, theme.text, RIGHT)
-        wide = QFontMetricsF(small).horizontalAdvance(rated)
-        below.setRight(right - wide - 2 * GAP * height)
-    draw_line(painter, below, section.explained, small, theme.muted)
-
-
-def _paint_item(
-    painter: QPainter,
-    option: QStyleOptionViewItem,
-    place: QueueItem,
-    demonstration: str,
-    styles: tuple[LabelStyle, LabelStyle],
-) -> None:
-    """A difference: human, arrow, model and how sure above; where and how long below."""
-    theme, box = colours(), QRectF(option.rect)
-    face, small = option.font, smaller(option.font)
-    height = QFontMetricsF(face).height()
-    left, right = box.left() + SIDE * height + 0.9 * height, box.right() - SIDE * height
-    line = QRectF(left, box.top() + ABOVE * height, right - left, height)
-    text = _verdict_or_probability(place)
-    room = QFontMetricsF(face).horizontalAdvance(text) + 1 if text else 0.0
-    draw_line(painter, line, text, face, theme.text, RIGHT)
-    line.setRight(right - room - (GAP * height if text else 0))
-    _paint_names(painter, line, face, (place.human, place.predicted), styles)
-    sizes = QFontMetricsF(small)
-    below = QRectF(left, line.bottom() + ABOVE * height, right - left, sizes.height())
-    seconds = f"{place.duration:.2f} s"
-    draw_line(painter, below, seconds, small, theme.muted, RIGHT)
-    span = f"{place.start:.2f}–{place.end:.2f} s"
-    below.setRight(right - sizes.horizontalAdvance(seconds) - GAP * height - 1)
-    wide = sizes.horizontalAdvance(span) + GAP * height
-    name = QRectF(below)
-    name.setRight(below.right() - wide)
-    written = draw_line(painter, name, demonstration, small, theme.muted, elide=NAMES)
-    below.setLeft(left + (written + GAP * height if written else 0))
-    draw_line(painter, below, span, small, theme.muted)
-
-
 def _verdict_or_probability(about: QueueItem) -> str:
     if isinstance(about, StoredVerdict):
         return VERDICT_NAMES[about.verdict]
     if about.suspicion >= SUSPECT:  # by which these are in order
         return f"{100 * about.suspicion:.0f} %"
     return "" if about.confidence is None else f"{100 * about.confidence:.0f} %"
-
-
-def _paint_names(
-    painter: QPainter,
-    line: QRectF,
-    face: QFont,
-    actions: tuple[str | None, str | None],
-    styles: tuple[LabelStyle, LabelStyle],
-) -> None:
-    """Swatch and name of what the human labelled, an arrow, and those of the prediction."""
-    theme, metrics = colours(), QFontMetricsF(face)
-    height = metrics.height()
-    side, gap, arrow = round(0.72 * height), GAP * height, 1.1 * height
-    room = line.width() - 2 * side - 4 * gap - arrow
-    widths = [metrics.horizontalAdvance(action_name(action)) + 1 for action in actions]
-    if sum(widths) > room:  # a short name leaves its room to a long one
-        least = min(room / 2, *widths)
-        widths = [w if w == least else room - least for w in widths]
-        if widths[0] == widths[1]:
-            widths = [room / 2, room / 2]
-    x = line.left()
-    for i, (action, style, width) in enumerate(zip(actions, styles, widths, strict=True)):
-        if i:
-            _paint_arrow(painter, QRectF(x, line.top(), arrow, height))
-            x += arrow + gap
-        box = QRectF(round(x), round(line.center().y() - side / 2), side, side)
-        paint_swatch(painter, box, style)
-        x += side + gap
-        ink = theme.muted if action is None else theme.text
-        where = QRectF(x, line.top(), max(width, 0), height)
-        x += draw_line(painter, where, action_name(action), face, ink, elide=NAMES) + gap
 
 
 def _paint_arrow(painter: QPainter, box: QRectF) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QModelIndex, Qt
@@ -58,68 +58,6 @@ def compute_intervals(run: RunResult) -> Generator[Progress, None, dict[str, Int
             yield Progress(number, len(run.tested), reviewed.name)
         result[stage] = score_intervals(counts, run.settings.seed)
     return result
-
-
-def score_columns(metrics: Sequence[Metric]) -> tuple[TableColumn, ...]:
-    """Raw and filtered of each metric, beside one another."""
-    return tuple(
-        TableColumn(f"{metric.title}\n{stage}", metric.tip)
-        for metric in metrics
-        for stage in STAGES
-    )
-
-
-def score_rows(
-    run: RunResult,
-    visible: Sequence[DemonstrationResult],
-    metrics: Sequence[Metric],
-    intervals_by_stage: Mapping[str, Intervals],
-    sorting: Sorting,
-) -> tuple[tuple[TableRow, ...], tuple[str, ...]]:
-    """All rows, and the ids of the demonstrations below the fixed ones."""
-    pairs = [(metric, stage) for metric in metrics for stage in STAGES]
-    pooled = [metric.value(run.scores.get(stage, {}).get("pooled", {})) for metric, stage in pairs]
-    each = {
-        d.id: [metric.value(d.scores.get(stage, {})) for metric, stage in pairs] for d in visible
-    }
-    listed = list(visible)
-    if sorting.column is not None:
-        listed.sort(key=lambda d: _sort_key(each[d.id][sorting.column or 0], sorting.descending))
-    rows = [
-        _score_row("pooled", pairs, pooled, bold=True),
-        _interval_row(pairs, intervals_by_stage),
-        *(_score_row(d.name, pairs, each[d.id]) for d in listed),
-    ]
-    return tuple(rows), tuple(d.id for d in listed)
-
-
-def _score_row(
-    name: str,
-    pairs: Sequence[tuple[Metric, str]],
-    values: Sequence[float | None],
-    *,
-    bold: bool = False,
-) -> TableRow:
-    cells = tuple(metric.text(value) for (metric, _), value in zip(pairs, values, strict=True))
-    return TableRow(cells, name, bold=bold)
-
-
-def _interval_row(
-    pairs: Sequence[tuple[Metric, str]], intervals_by_stage: Mapping[str, Intervals]
-) -> TableRow:
-    """The intervals of what is pooled, and how they were computed or why there are none."""
-    name = "95 % interval"
-    if not intervals_by_stage:
-        tip = "The intervals are being computed."
-        return TableRow(("…",) * len(pairs), name, tip)
-    reason = next(
-        (intervals.reason for intervals in intervals_by_stage.values() if intervals.reason), ""
-    )
-    cells = tuple(
-        metric.span(intervals_by_stage[stage][metric.path] if stage in intervals_by_stage else None)
-        for metric, stage in pairs
-    )
-    return TableRow(cells, name, reason or METHOD)
 
 
 def _sort_key(value: float | None, descending: bool) -> float:
@@ -269,11 +207,10 @@ class ScoresView(QWidget):
     def _show(self) -> None:
         if self._run is None or not self.isVisible():
             return
-        metrics = self.metrics
-        rows, self._ids = score_rows(
-            self._run, self._visible, metrics, self.intervals, self.sorting
-        )
-        self.model.show(score_columns(metrics), rows)
+        pairs = [(metric, stage) for metric in self.metrics for stage in STAGES]
+        columns = [TableColumn(f"{metric.title}\n{stage}", metric.tip) for metric, stage in pairs]
+        intervals = self._interval_row(pairs)
+        self.model.show(columns, [self._pooled_row(pairs), intervals, *self._sorted_rows(pairs)])
         self.table.fit_columns()
         header = self.table.horizontalHeader()
         column, order = self.sorting.column, Qt.SortOrder
@@ -281,10 +218,42 @@ class ScoresView(QWidget):
             -1 if column is None else column,
             order.DescendingOrder if self.sorting.descending else order.AscendingOrder,
         )
-        self.note.setText(self._note(rows[1].tip))
+        self.note.setText(self._note(intervals.tip))
         self.note.setToolTip(RELIABILITY_TIP if self._run.reliability else "")
         self._bar.show()
         self.pages.say("")
+
+    def _pooled_row(self, pairs: Sequence[tuple[Metric, str]]) -> TableRow:
+        assert self._run is not None
+        scores = {stage: found.get("pooled", {}) for stage, found in self._run.scores.items()}
+        cells = tuple(metric.text(metric.value(scores.get(stage, {}))) for metric, stage in pairs)
+        return TableRow(cells, "pooled", bold=True)
+
+    def _interval_row(self, pairs: Sequence[tuple[Metric, str]]) -> TableRow:
+        """The intervals of what is pooled, and how they were computed or why there are none."""
+        name, intervals = "95 % interval", self.intervals
+        if not intervals:
+            return TableRow(("…",) * len(pairs), name, "The intervals are being computed.")
+        reason = next((found.reason for found in intervals.values() if found.reason), METHOD)
+        cells = tuple(
+            metric.span(intervals[stage][metric.path] if stage in intervals else None)
+            for metric, stage in pairs
+        )
+        return TableRow(cells, name, reason)
+
+    def _sorted_rows(self, pairs: Sequence[tuple[Metric, str]]) -> list[TableRow]:
+        """A row for each demonstration, in the order that was chosen."""
+        listed = [
+            (d, [metric.value(d.scores.get(stage, {})) for metric, stage in pairs])
+            for d in self._visible
+        ]
+        if (column := self.sorting.column) is not None:
+            listed.sort(key=lambda row: _sort_key(row[1][column], self.sorting.descending))
+        self._ids = tuple(d.id for d, _ in listed)
+        return [
+            TableRow(tuple(m.text(v) for (m, _), v in zip(pairs, values, strict=True)), d.name)
+            for d, values in listed
+        ]
 
     def _note(self, state: str) -> str:
         run = self._run

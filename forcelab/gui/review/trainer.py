@@ -282,7 +282,8 @@ class Trainer(QObject):
     @property
     def settings(self) -> Settings:
         if self._settings is None:
-            self._settings = training_preferences.recall_settings(self._path or Path(), self.task)
+            values = training_preferences.recall_values(self._path or Path(), self.task)
+            self._settings = training_preferences.settings_of(values, self.task)
         return self._settings
 
     @property
@@ -410,8 +411,12 @@ class Trainer(QObject):
         task, settings = self.task, self._settings
         values = training_preferences.recall_values(self._path, task)
         choice = replace(self.choice, author=self.author, also_from=self.also_from)
-        if self.choice.author is None:
-            self._report_author(choice.author)
+        coder = self.document.author
+        if self.choice.author is None and choice.author not in (None, coder):
+            self.document.show_message(
+                f"{coder} has labelled fewer than {OWN_MINIMUM} demonstrations of this; training "
+                f"on the labels of {choice.author}."
+            )
         if choice.folds is None and choice.test_task is None:
             folds = default_folds(self.document, choice.tasks, choice.author)
             choice = replace(choice, folds=folds)
@@ -421,15 +426,6 @@ class Trainer(QObject):
             return used, choice.selection()
 
         return build
-
-    def _report_author(self, author: str | None) -> None:
-        """Say that another coder's labels are taken."""
-        coder = self.document.author
-        if author is not None and author != coder:
-            self.document.show_message(
-                f"{coder} has labelled fewer than {OWN_MINIMUM} demonstrations of this; training "
-                f"on the labels of {author}."
-            )
 
     def show_run(self, number: int) -> None:
         if self._path is not None:

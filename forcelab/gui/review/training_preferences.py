@@ -110,13 +110,8 @@ def own_code_trouble(kind: plugins.Kind) -> str:
     return ""
 
 
-def recall_settings(project: Path, task: str) -> Settings:
-    """The settings a task was last trained with; at first those of `PRESET`."""
-    return settings_of(recall_values(project, task), task)
-
-
 def recall_values(project: Path, task: str) -> dict[str, Any] | None:
-    """The same as plain values, or None where nothing was ever changed; loads next to nothing."""
+    """The settings of a task as plain values, which load next to nothing; None without any."""
     return _recall_json(project, task, "settings")
 
 

@@ -9,10 +9,9 @@ import numpy as np
 from forcelab.jobs import Progress, job
 from forcelab.simulation.hand import Trajectory
 from forcelab.simulation.mechanics import Layout, Mechanics
-from forcelab.simulation.scene import TASKS, Motion, Performance, Scene, Task
+from forcelab.simulation.scene import TASKS, Array, Event, Motion, Performance, Scene, Task
 from forcelab.simulation.solvers import Rosenbrock, integrating
-from forcelab.simulation.system import Array, Event
-from forcelab.simulation.tasks.choreography import AFTERWARDS, HAND, Choreography
+from forcelab.simulation.tasks.choreography import AFTERWARDS, Choreography
 from forcelab.simulation.tasks.ground_truth import Course, true_actions
 from forcelab.simulation.tasks.plays import PLAYS
 from forcelab.simulation.tasks.recipe import recipe
@@ -45,9 +44,9 @@ def _choreograph(task: Task, seed: int, number: int, *, taps: bool) -> Choreogra
     stream = np.random.SeedSequence([seed, number, TASKS.index(task)])
     rng = np.random.default_rng(stream)
     scene = recipe(task).drawn_scene(rng)
-    hand = recipe(task).drawn_hand(rng, (*HAND, *PLAYS[task].numbers.split()))
+    hand = recipe(task).drawn_hand(rng)
     played = Choreography(scene, hand, rng, taps=taps)
-    PLAYS[task].play(played)
+    PLAYS[task](played)
     played.end()
     return played
 

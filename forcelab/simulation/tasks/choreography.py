@@ -12,9 +12,6 @@ from forcelab.simulation.mechanics import Layout
 from forcelab.simulation.scene import Scene
 from forcelab.simulation.tasks.ground_truth import Cue, Phase
 
-#: Numbers of the recipe that every choreography asks for.
-HAND = ("tempo", "opening", "tremor", "wander", "sway", "tap")
-
 #: The hand goes on for this long after the end, s: longer than a solver's longest step.
 AFTERWARDS = 0.02
 

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from forcelab.labels import Segment, Segments
 from forcelab.simulation.contact import Array
-from forcelab.simulation.scene import Motion
-from forcelab.simulation.system import Event
+from forcelab.simulation.scene import Event, Motion
 
 #: What it is called when a jaw touches the body, and when it lets go.
 CONTACT_MADE = ("left jaw: contact made", "right jaw: contact made")

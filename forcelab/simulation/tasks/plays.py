@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 from forcelab.simulation.scene import Arm, Profile, Socket, Task
 from forcelab.simulation.tasks.choreography import Choreography
@@ -270,23 +269,10 @@ def _firm(hand: Choreography, force: float, early: float = 0.1) -> None:
         hand.grip(needed, hand.t - early, hand.between(0.2, 0.4))
 
 
-class Play(NamedTuple):
-    """A task's choreography, and the numbers of the recipe that it asks for."""
-
-    play: Callable[[Choreography], None]
-    numbers: str
-
-
-_IN_AND_OUT = (
-    "off_centre still close squeeze grip grab hold lift fumble push press open release "
-    "still_between pull hold_after still_after"
-)
-PLAYS: dict[Task, Play] = {
-    "LEGO": Play(play_lego, _IN_AND_OUT),
-    "cartridge": Play(play_cartridge, _IN_AND_OUT),
-    "stylus": Play(play_stylus, "still close grip grab pace clench slipped open still_after"),
-    "marker": Play(play_marker, "still close grip grab twist pace hold open release still_after"),
-    "foam": Play(
-        play_foam, "off_centre still close squeeze grip grab hold lift open release still_after"
-    ),
+PLAYS: dict[Task, Callable[[Choreography], None]] = {
+    "LEGO": play_lego,
+    "cartridge": play_cartridge,
+    "stylus": play_stylus,
+    "marker": play_marker,
+    "foam": play_foam,
 }

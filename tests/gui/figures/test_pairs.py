@@ -101,7 +101,7 @@ def rich(**changes):
         **changes,
     }
     pair = Pair("d 1", human, predicted, 0.0, 10.0, "50 %", **details)
-    return TimelinePairs("Stylus", (pair, pair), VOCABULARY, note_key="At the right: accuracy.")
+    return TimelinePairs("Stylus", (pair, pair), VOCABULARY)
 
 
 def pixel_at(drawn, box, time, height=0.2):

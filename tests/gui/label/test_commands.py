@@ -7,7 +7,6 @@ from PySide6.QtTest import QTest
 from window_helpers import open_foam_document, stored_rows
 
 from forcelab.gui import document as document_module
-from forcelab.gui.commands import COMMANDS
 from forcelab.gui.label import commands, segment_commands
 from forcelab.gui.label.history import HistoryModel
 from forcelab.gui.label.playback import Player
@@ -46,11 +45,6 @@ def do(document, tracks):
             handlers[name]()
 
     return carry_out
-
-
-def test_every_handler_is_a_command_of_the_table(document, tracks):
-    known = {command.id for command in COMMANDS}
-    assert set(commands.handlers(document, tracks, Player(document), tracks)) <= known
 
 
 def test_walking_along_the_segments(document, do, messages):
@@ -108,12 +102,6 @@ def test_a_range_that_only_touches_a_segment_does_not_merge_it(document, do, mes
     do("merge")
     assert messages[-1][1]
     assert stored_rows(document) == TIMES
-
-
-def test_merging_needs_a_next_one(document, do, messages):
-    document.select(2)
-    do("merge")
-    assert "no segment after" in messages[-1][0]
 
 
 def test_gaps_are_filled_in_the_range_or_everywhere(document, messages):

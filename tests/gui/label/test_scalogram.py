@@ -1,8 +1,6 @@
 from __future__ import annotations
 
 import math
-import subprocess
-import sys
 import threading
 
 import numpy as np
@@ -317,14 +315,6 @@ def test_the_theme_changes_the_colours(app, open_panel, until):
     dark = colour(open_panel, 0.5, 100.0).lightness()
     theme.use_theme(app, "light")
     assert light > dark + 80
-
-
-def test_the_panel_loads_no_transform_before_it_computes():
-    script = "import sys, forcelab.gui.label.scalogram; print(*sys.modules)"
-    done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, check=True
-    )
-    assert not {"scipy", "scipy.fft", "sklearn", "cv2"} & set(done.stdout.split())
 
 
 @pytest.mark.parametrize(

@@ -274,13 +274,6 @@ def test_the_chosen_segment_stays_chosen_when_the_rows_are_sorted(document, tabl
     assert table.model.index_in_track(chosen.row()) == document.selected == 2
 
 
-def test_the_menu_of_a_very_long_action_fits_the_screen(document, table):
-    document.add_actions("very long " * 30 + "name")
-    document.editor.relabel(2, document.vocabulary.names[-1])
-    table.table.selectRow(2)
-    assert table.menu().sizeHint().width() <= table.screen().size().width()
-
-
 def test_it_says_why_it_is_empty(app, document, table):
     table.filter.setText("nothing")
     assert "contains 'nothing'" in table.pages.note.text()

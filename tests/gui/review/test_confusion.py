@@ -153,19 +153,15 @@ def test_the_menu_of_the_matrix_copies_it_with_its_title(view):
     assert QGuiApplication.clipboard().image() == view.figure.image()
 
 
-@pytest.mark.parametrize(
-    ("suffix", "head"), [("svg", b"<?xml"), ("pdf", b"%PDF"), ("png", b"\x89P")]
-)
-def test_the_matrix_is_saved_as_a_figure(view, document, until, tmp_path, suffix, head, messages):
-    view.save(tmp_path / f"matrix.{suffix}")
+def test_the_matrix_is_saved_as_a_figure_and_a_wrong_suffix_is_told(
+    view, document, until, tmp_path, messages
+):
+    view.save(tmp_path / "matrix.pdf")
     until(lambda: messages)
-    assert messages == [(f"Saved 'matrix.{suffix}'.", False)]
-    assert (tmp_path / f"matrix.{suffix}").read_bytes().startswith(head)
-
-
-def test_a_wrong_suffix_is_told(view, document, until, tmp_path, messages):
+    assert messages == [("Saved 'matrix.pdf'.", False)]
+    assert (tmp_path / "matrix.pdf").read_bytes().startswith(b"%PDF")
     view.save(tmp_path / "matrix.doc")
-    until(lambda: messages)
+    until(lambda: len(messages) > 1)
     assert messages[-1] == (
         "A figure is saved as .svg, .pdf or .png, not as 'matrix.doc'; change the suffix.",
         True,

@@ -532,8 +532,7 @@ def test_nothing_is_made_for_a_hidden_view(shown, study):
 # Export
 
 
-@pytest.mark.parametrize("suffix", ["svg", "pdf", "png"])
-def test_the_export_has_the_pairs_that_are_shown(shown, until, tmp_path, suffix):
+def test_the_export_has_the_pairs_that_are_shown(shown):
     view = shown()
     view.tools.search.setText("d 1")
     figure = view.figure()
@@ -547,10 +546,6 @@ def test_the_export_has_the_pairs_that_are_shown(shown, until, tmp_path, suffix)
                 x, y = figure.axis.at(time) * 2, (box.top() + 0.2 * box.height()) * 2
                 exported = np.array(image.pixelColor(int(x), int(y)).getRgb()[:3])
                 assert np.abs(exported - colour(view, row, time, part)).max() <= 4
-    path = tmp_path / f"pairs.{suffix}"
-    view.export_to(path)
-    until(path.exists)
-    assert path.stat().st_size > 1000
 
 
 def test_the_export_goes_on_in_the_background_and_says_when_it_is_done(
@@ -560,6 +555,7 @@ def test_the_export_goes_on_in_the_background_and_says_when_it_is_done(
     view.export_to(tmp_path / "pairs.svg")
     until(lambda: messages)
     assert messages == [("Saved 'pairs.svg'.", False)]
+    assert (tmp_path / "pairs.svg").stat().st_size > 1000
     view.export_to(tmp_path / "none" / "pairs.svg")
     until(lambda: len(messages) == 2)
     assert messages[1][1]

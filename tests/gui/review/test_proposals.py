@@ -44,17 +44,12 @@ def proposed(document):
     return run_result_of(document.project, proposals=(third, *proposals))
 
 
-def test_the_most_uncertain_comes_first(view, document, until):
+def test_the_most_uncertain_comes_first_and_it_says_so(view, document, until):
+    assert not view.order.isVisible()
     document.review.set_run(proposed(document))
     until(lambda: len(view.rows) == 3)
     assert [row.name for row in view.rows] == ["stylus 02", "03", "stylus 01"]
     assert view.model.data(view.model.index(0, 1)) == "32 %"
-
-
-def test_the_window_says_in_which_order_they_are(view, document, until):
-    assert not view.order.isVisible()
-    document.review.set_run(proposed(document))
-    until(lambda: len(view.rows) == 3)
     assert view.order.isVisible()
     assert view.order.text() == "The most uncertain comes first."
 

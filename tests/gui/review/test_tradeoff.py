@@ -24,7 +24,7 @@ from forcelab.gui.review.tradeoff import (
 )
 from forcelab.gui.review.tradeoff_plot import MARK, Point, TradeoffPlot
 from forcelab.gui.review.trainer import Trainer
-from forcelab.gui.review.training_preferences import PRESET, recall_preset
+from forcelab.gui.review.training_preferences import PRESET
 from forcelab.jobs import Progress, finish
 from forcelab.labels import Segment, Track
 from forcelab.measure.recognition import Measured, Variant, measure_and_store
@@ -256,13 +256,6 @@ def test_adopting_changes_what_is_trained_with_and_can_be_taken_back(
     controller.adopt(0)
     controller.trainer.set_settings(PAPER.replace(stride=9))  # changed elsewhere
     assert not controller.can_undo
-
-
-def test_adopted_settings_are_remembered_for_the_task(controller):
-    controller.adopt(1)
-    path = controller.document.project.path
-    assert recall_preset(path, "foam") == ("fast", False)
-    assert recall_preset(path, "stylus") == ("paper", False)
 
 
 def test_a_coder_who_is_blind_measures_on_his_own_labels_alone(hidden_controller, document):

@@ -9,7 +9,6 @@ from window_helpers import (
     open_training_document,
     run_summary,
     status_messages,
-    training_step,
 )
 
 from forcelab.errors import InputError
@@ -67,15 +66,6 @@ def test_many_demonstrations_are_left_out_in_groups_unless_somebody_chose_otherw
     assert train_and_get_choice().folds == 4
 
 
-def test_never_are_two_trainings_under_way(trainer, work, until):
-    work.gate = False
-    assert trainer.train()
-    assert not trainer.train()
-    work.gate = True
-    until(lambda: not trainer.training)
-    assert len(work.requests) == 1
-
-
 def test_cancel_answers_at_once_and_the_old_result_stays(trainer, document, work, until, train):
     train()
     old = document.review.run
@@ -104,22 +94,6 @@ def test_a_refusal_is_a_sentence_and_the_old_result_stays(trainer, document, wor
     assert not trainer.trouble
 
 
-def test_the_steps_are_told_as_they_come(trainer, work, until):
-    work.gate = False
-    trainer.train()
-    until(lambda: trainer.step is not None and trainer.step.epoch == 3)
-    assert trainer.step == training_step(epoch=3, loss=1 / 3)
-    trainer.cancel()
-    assert trainer.step is None
-
-
-def test_edits_since_are_counted(trainer, document, work, until, train):
-    train()
-    document.editor.paint(6.0, 7.0, "grab")
-    document.editor.paint(7.0, 8.0, "hold")
-    until(lambda: trainer.edits == 2)
-
-
 def test_edits_of_labels_that_are_hidden_are_not_counted(trainer, document, train):
     train()
     project, id_ = document.project, document.review.run.tested[0].id
@@ -131,15 +105,6 @@ def test_edits_of_labels_that_are_hidden_are_not_counted(trainer, document, trai
     project.coding.set_done(id_, "Bob", True)
     trainer._counter.count()
     assert trainer.edits == 1
-
-
-def test_after_edits_and_a_pause_it_trains_by_itself(trainer, document, work, until):
-    trainer.pause.setInterval(20)
-    trainer.set_automatic(True)
-    document.editor.paint(6.0, 7.0, "grab")
-    until(lambda: len(work.requests) == 1)
-    until(lambda: not trainer.training)
-    assert document.review.run is work.result
 
 
 def test_after_a_long_training_none_comes_by_itself_for_as_long(
@@ -536,12 +501,6 @@ def test_what_was_trained_on_another_coder_is_not_up_to_date(
     until(lambda: not trainer.training)
     assert work.requests[-1][2].author == "Nora"
     assert line.text() == "Recogniser: up to date"
-
-
-def test_the_first_training_is_with_the_best_preset_that_has_an_mlp(trainer):
-    assert "mlp" in trainer.settings.classifier
-    assert trainer.settings == preset(training_preferences.PRESET.default)
-    assert trainer.preset_used == (training_preferences.PRESET.default, False)
 
 
 def test_demonstrations_of_no_task_are_trained_too(app, until):
