@@ -273,8 +273,7 @@ class _Choice:
         whole = [
             array
             for array in self._usable
-            if not array.is_text
-            and not any(values_within(array.path, name) for name in (*roles, *options.leave_out))
+            if not array.is_text and not values_within(array.path, *roles, *options.leave_out)
         ]
         plain = [
             array
@@ -299,7 +298,7 @@ class _Choice:
         self._whole = [
             array
             for array in signals
-            if array in found or any(values_within(array.path, name) for name in options.signals)
+            if array in found or values_within(array.path, *options.signals)
         ]
         if not signals:
             raise InputError(
@@ -333,7 +332,7 @@ class _Choice:
                     f"'{self._tree.path}': {array.sized()} has not a row for each of the "
                     f"{self.rows:,} samples of {signals[0].path}; name another array."
                 )
-            left = any(values_within(array.path, name) for name in options.leave_out)
+            left = values_within(array.path, *options.leave_out)
             likely = _is_role_name(array.leaf) or array.is_text or array.codes
             if not fits or left or not (likely or requested):
                 continue

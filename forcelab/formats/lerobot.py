@@ -120,10 +120,6 @@ def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
 
 def choose_features(dataset: Dataset, options: ReadOptions) -> tuple[list[Column], list[str]]:
     """The numbers to read as channels, and the cameras."""
-
-    def asked(names: Sequence[str], address: str) -> bool:
-        return any(values_within(address, name) for name in names)
-
     addresses = {f"{column.feature}.{column.name}": column for column in dataset.columns.values()}
     own_names = [column.name for column in addresses.values()]
     for name in (*options.signals, *options.leave_out):
@@ -137,13 +133,14 @@ def choose_features(dataset: Dataset, options: ReadOptions) -> tuple[list[Column
         for address, column in addresses.items()
         if (
             column.feature in default
-            or asked(options.signals, address)
+            or values_within(address, *options.signals)
             or column.name in options.signals
         )
-        and not asked(options.leave_out, address)
+        and not values_within(address, *options.leave_out)
         and column.name not in options.leave_out
     ]
-    return columns, [name for name in dataset.cameras if not asked(options.leave_out, name)]
+    cameras = [name for name in dataset.cameras if not values_within(name, *options.leave_out)]
+    return columns, cameras
 
 
 def _default_features(dataset: Dataset) -> Collection[str]:

@@ -113,10 +113,8 @@ def _left_out(topic: str, topics: Sequence[Contents], options: ReadOptions) -> b
     The name of another topic stands for that alone: ``/camera/compressed`` lies beside ``/camera``.
     """
     names = {other.topic.removeprefix("/") for other in topics} - {topic.removeprefix("/")}
-    return any(
-        values_within(topic, name)
-        for name in options.leave_out
-        if name.removeprefix("/") not in names
+    return values_within(
+        topic, *(name for name in options.leave_out if name.removeprefix("/") not in names)
     )
 
 
@@ -156,9 +154,7 @@ def _label(
             address
             for topic in sorted(topics, key=lambda topic: topic.topic not in measured)
             for address in topic.labels
-            if not any(
-                values_within(address, name) for name in (*options.leave_out, *options.signals)
-            )
+            if not values_within(address, *options.leave_out, *options.signals)
         ]
     return labels[addresses[0]] if addresses else ("", None)
 

@@ -81,8 +81,8 @@ class Field:
         places = [
             i
             for i, address in enumerate(self.addresses)
-            if (self.force or any(values_within(address, name) for name in options.signals))
-            and not any(values_within(address, name) for name in options.leave_out)
+            if (self.force or values_within(address, *options.signals))
+            and not values_within(address, *options.leave_out)
         ]
         return replace(
             self,
@@ -134,10 +134,11 @@ def follow_path(message: Any, path: FieldPath) -> Any:
     return message
 
 
-def values_within(address: str, name: str) -> bool:
-    """Whether an address is the one that is wished for, or lies in it; slashes may be left out."""
-    requested, full_address = name.removeprefix("/"), address.removeprefix("/")
-    return full_address == requested or full_address.startswith((f"{requested}.", f"{requested}/"))
+def values_within(address: str, *names: str) -> bool:
+    """Whether an address is one of these names, or lies in one; slashes may be left out."""
+    full = address.removeprefix("/")
+    bare = [name.removeprefix("/") for name in names]
+    return any(full == name or full.startswith((f"{name}.", f"{name}/")) for name in bare)
 
 
 def with_sensors(fields_: Sequence[Field]) -> list[Field]:

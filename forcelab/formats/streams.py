@@ -219,11 +219,7 @@ def _chosen_events(events: Sequence[Events], options: ReadOptions) -> list[Event
             cure = f"name one of {listed(names)}" if names else "there are none"
             raise InputError(f"it has no events called '{options.label}'; {cure}.")
         return chosen
-    return [
-        found
-        for found in events
-        if not any(values_within(found.name, name) for name in options.leave_out)
-    ]
+    return [found for found in events if not values_within(found.name, *options.leave_out)]
 
 
 _EDGE = re.compile(r"(.*?)[\W_]*(?:(start|begin|onset|on)|(end|stop|offset|off))", re.IGNORECASE)

@@ -45,7 +45,7 @@ from PySide6.QtWidgets import (
 from forcelab.gui.document import Document
 from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.figures.text import elided, elided_name
-from forcelab.gui.layout import whole_rows
+from forcelab.gui.layout import fill_layout, whole_rows
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import ENTER_KEYS
 
@@ -129,9 +129,7 @@ class SideList(QWidget):
     def __init__(self, document: Document) -> None:
         super().__init__()
         self.document = document
-        self.column = QVBoxLayout(self)
-        self.column.setContentsMargins(4, 4, 4, 4)
-        self.column.setSpacing(4)
+        self.column = fill_layout(QVBoxLayout(self), margins=4, spacing=4)
 
     def sizeHint(self) -> QSize:
         return QSize(300, 220)

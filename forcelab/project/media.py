@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import sqlite3
 import zipfile
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -166,15 +166,13 @@ class MediaStore:
                 with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
                     np.lib.format.write_array(file, array, allow_pickle=False)
 
-    def stamps(
-        self, demonstration: str, names: Container[str] | None = None
-    ) -> dict[str, NDArray[Any]] | None:
-        """The raw stamps beside a demonstration, or those of some names; None without any.
+    def stamps(self, demonstration: str) -> dict[str, NDArray[Any]] | None:
+        """The raw stamps beside a demonstration; None without any.
 
         Only recorded demonstrations have them; archives leave them out.
         """
         samples = self._db.demonstration(demonstration)["samples"]
-        return files.read_stamps(self._folder(demonstration), samples, names)
+        return files.read_stamps(self._folder(demonstration), samples)
 
     def _video_row(self, demonstration: str, name: str | None) -> sqlite3.Row:
         """The row of a video, by default of the first one."""

@@ -102,7 +102,9 @@ def test_zeroed_it_reads_zero_from_then_on(project):
     store(project, np.arange(4000) / RATE)
     device = RecordedDevice(project, "pull & go")
     device.open()
+    device.zero()  # of which nothing was read yet
     _, before = collect(device, 0.05)
+    assert before[0, 0] == 0
     device.zero()
     _, after = collect(device, 0.05)
     assert after[0, 0] == pytest.approx(1.0)

@@ -22,7 +22,6 @@ from forcelab.capture.emulator import (
     VirtualSampler,
     build_packets,
 )
-from forcelab.errors import InputError
 
 #: Seconds after which a thread that does not answer is taken for broken.
 PATIENCE = 10.0
@@ -292,12 +291,6 @@ class Faults:
     lost_bytes: float = 0.0
     corrupted: float = 0.0
     doubled: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name in ("lost", "lost_bytes", "corrupted", "doubled"):
-            share = getattr(self, name)
-            if not 0 <= share <= 1:
-                raise InputError(f"The share '{name}' of faults must lie in 0..1, not {share:g}.")
 
 
 def apply_faults(

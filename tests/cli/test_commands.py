@@ -213,7 +213,7 @@ def test_glitches_are_told_and_stay_as_they_are(forcelab, tmp_path):
 
 def test_a_bad_file_is_named_and_left_out(forcelab, recordings, tmp_path):
     bad, notes = tmp_path / "bad.csv", tmp_path / "README.md"
-    bad.write_bytes(b"\x00\x01\x02" * 100)
+    bad.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(100))
     notes.write_text("# Recordings\n\nOf 3 people on 2 days.\n\n1. foam\n2. stylus\n")
     project = tmp_path / "p.forcelab"
     words = ["import", project, recordings / "foam-01.csv", bad, notes]
@@ -224,6 +224,7 @@ def test_a_bad_file_is_named_and_left_out(forcelab, recordings, tmp_path):
     assert done.status == 1
     assert done.out.endswith("1 recording: 1 new, 0 updated, 0 unchanged, 2 files left out.\n")
     assert done.err.count("forcelab: left out: ") == 2
+    assert "looks like a PNG picture" in done.err
     as_json = forcelab(*words, "--json")
     assert as_json.status == 1
     assert list(as_json.json["unread"]) == [str(bad), str(notes)]

@@ -56,7 +56,7 @@ def test_a_table_of_all_is_not_taken_for_labels_of_one_recording(forcelab, proje
     [
         (("--task", "Foam"), "no task 'Foam'; did you mean 'foam'?"),
         (("--demo", "foam-99"), "foam-99"),
-        (("--author", "Ben"), "Nobody called 'Ben' labelled here"),
+        (("--author", "Ben"), "Nobody called 'Ben' labelled here; choose from coder"),
     ],
 )
 def test_what_there_is_not_is_refused_and_nothing_is_written(

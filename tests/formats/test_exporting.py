@@ -249,21 +249,10 @@ def test_boris_plays_several_videos_beside_each_other(project, filmed_twice):
 
 
 @pytest.mark.parametrize(
-    ("segment", "complaint"),
-    [
-        (Segment(0.1, 0.1002, "tap"), "shorter than a millisecond"),
-        (Segment(0.1, 0.2, "tap\x01"), "character that ELAN files cannot"),
-    ],
-)
-def test_what_elan_cannot_hold_is_refused(tmp_path, segment, complaint):
-    with pytest.raises(InputError, match=complaint):
-        to_elan([Track("Ann", (segment,))], (), tmp_path)
-
-
-@pytest.mark.parametrize(
     ("kind", "segment", "complaint"),
     [
-        ("elan", Segment(0.1, 0.1002, "tap"), "'zz last': 'tap' of Ann"),
+        ("elan", Segment(0.1, 0.1002, "tap"), "'zz last': 'tap' of Ann.* shorter than a millisec"),
+        ("elan", Segment(0.1, 0.2, "tap\x01"), "'zz last': .*character that ELAN files cannot"),
         ("audacity", Segment(0.1, 0.2, "ta\tp"), "'zz last': The action 'ta.*tab"),
         ("csv", Segment(0.1, 0.2, "ta\0p"), "'zz last': The name 'ta.*NUL"),
     ],
@@ -306,12 +295,6 @@ def test_in_an_empty_project_nobody_is_there(tmp_path):
         path = new.path
     with pytest.raises(InputError, match="'Ben' labelled here; nobody did yet"):
         export(path, "table", authors=["Ben"])
-
-
-def test_an_author_who_is_not_there_is_refused_with_those_who_are(project):
-    with pytest.raises(InputError, match="'Ben' labelled here; choose from Ann, Zoe"):
-        export(project, "table", authors=["Ben"])
-    assert not (project.parent / "out").exists()
 
 
 @pytest.mark.parametrize("name", ["pull 7", "Übung – 2, links & schnell", "हिन्दी"])

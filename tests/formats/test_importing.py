@@ -46,14 +46,6 @@ def contents(project):
         return [(info.name, info.task, info.id) for info in opened.demonstrations.infos()]
 
 
-def test_glitches_are_told_whoever_imports(project, tmp_path):
-    file = tmp_path / "torn.csv"
-    rows = [f"{i / 100},{'3e12' if i == 20 else i % 7},1" for i in range(200)]
-    file.write_text("\n".join(["time (s),fx (N),fz (N)", *rows, ""]))
-    (remark,) = import_files(project, [file]).remarks[file]
-    assert remark == "1 sample is a glitch, no force, and counts as missing (fx 1)."
-
-
 def test_a_new_project_holds_what_the_files_hold(tmp_path, project):
     files = [table(tmp_path / f"{name}.csv", seed) for seed, name in enumerate(["b", "a"])]
     report = import_files(project, files, ReadOptions(task="LEGO"))
@@ -111,19 +103,6 @@ def test_a_labels_file_named_beside_its_recording_is_read_with_it(tmp_path, proj
     assert [item.file for item in report.demonstrations] == [recording]
 
 
-STRICT = ReadOptions(strict=True)
-
-
-def test_a_bad_file_is_left_out_and_the_others_are_imported(tmp_path, project):
-    files = [table(tmp_path / f"{name}.csv", ord(name)) for name in "abc"]
-    files[1].write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(100))
-    report = import_files(project, [*files, tmp_path / "missing.csv"])
-    assert [item.added.name for item in report.demonstrations] == ["a", "c"]
-    assert list(report.unread) == [files[1], tmp_path / "missing.csv"]
-    assert "looks like a PNG picture" in report.unread[files[1]]
-    assert sorted(name for name, _, _ in contents(project)) == ["a", "c"]
-
-
 def test_where_no_file_can_be_read_no_project_is_left_behind(tmp_path, project):
     with pytest.raises(InputError, match=r"missing\.csv' does not exist"):
         import_files(project, [tmp_path / "missing.csv"])
@@ -141,17 +120,6 @@ def test_a_text_without_rows_of_numbers_is_no_table(tmp_path, project, name):
     )
     report = import_files(project, [table(tmp_path / "a.csv", 1), text])
     assert "looks like" in report.unread[text]
-
-
-def test_a_strict_import_takes_all_files_or_none(tmp_path, project):
-    import_files(project, [table(tmp_path / "a.csv", 1)])
-    before = contents(project)
-    with pytest.raises(InputError, match=r"None of the 2 files was imported\.$") as refusal:
-        import_files(project, [table(tmp_path / "b.csv", 2), tmp_path / "missing.csv"], STRICT)
-    assert refusal.value.files == (tmp_path / "missing.csv",)
-    assert contents(project) == before
-    with pytest.raises(InputError, match=r"folder\.$"):
-        import_files(project, [tmp_path / "missing.csv"])
 
 
 def test_a_repaired_import_leaves_no_foreign_actions_in_the_wrong_task(tmp_path, project):
@@ -201,10 +169,13 @@ def test_what_is_remarked_on_several_files_is_told_once(tmp_path, project):
     )
 
 
-def test_several_bad_files_are_one_sentence_that_counts_them(tmp_path, project):
+def test_a_strict_import_takes_all_files_or_none_and_counts_the_bad_ones(tmp_path, project):
+    import_files(project, [table(tmp_path / "z.csv", 2)])
+    before = contents(project)
     files = [table(tmp_path / "a.csv", 1), tmp_path / "x.csv", tmp_path / "y.csv"]
     with pytest.raises(InputError) as refusal:
-        import_files(project, files, STRICT)
+        import_files(project, files, ReadOptions(strict=True))
+    assert contents(project) == before
     assert str(refusal.value) == (
         f"2 of 3 files cannot be read (x.csv, y.csv), so nothing was imported; first: "
         f"'{tmp_path / 'x.csv'}' does not exist; check its spelling and folder."
@@ -438,7 +409,7 @@ def test_folders_and_nothing_at_all_are_refused_with_the_cure(tmp_path, project)
 def test_a_name_that_is_no_unicode_is_refused_before_anything_is_written(tmp_path, project):
     odd = table(tmp_path / os.fsdecode(b"gr\xe4b.csv"), 1)
     with pytest.raises(InputError, match="is not valid Unicode; rename") as refusal:
-        import_files(project, [table(tmp_path / "a.csv", 2), odd], STRICT)
+        import_files(project, [table(tmp_path / "a.csv", 2), odd], ReadOptions(strict=True))
     assert str(refusal.value).isprintable()
     assert list(project.parent.iterdir()) == []
 

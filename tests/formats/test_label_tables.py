@@ -5,14 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 from forcelab.errors import InputError
 from forcelab.formats.label_tables import has_labels_beside, is_label_table, read_tracks
 from forcelab.formats.recording import ReadOptions
 from forcelab.formats.table import read
-from forcelab.formats.track_text import to_audacity, to_csv
 from forcelab.labels import Segment, Track
 
 ANN = Track("Ann", (Segment(0.5, 1.25, "grab"), Segment(1.25, 2.0, "hold, firmly")))
@@ -55,32 +52,6 @@ def test_each_author_has_a_track(write):
     assert read_tracks(write("a.csv", text), ReadOptions()) == (ANN, BEN)
     without = text.partition("\n")[2]
     assert read_tracks(write("b.csv", without), ReadOptions()) == (ANN, BEN)
-
-
-#: Microseconds, as times are written.
-EDGES = st.lists(st.integers(0, 10**12), min_size=2, max_size=12, unique=True).map(
-    lambda edges: [edge / 1e6 for edge in sorted(edges)]
-)
-
-
-@settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
-@given(
-    edges=EDGES,
-    names=st.lists(
-        st.sampled_from(["grab", "hold it", 'a "b", c', "3", "none", "12:30", "ä;ß"]),
-        min_size=11,
-        max_size=11,
-    ),
-)
-def test_what_the_program_writes_it_reads_back_to_the_bit(edges, names, tmp_path):
-    segments = [Segment(a, b, n) for a, b, n in zip(edges, edges[1:], names, strict=False)]
-    tracks = (Track("Ann", tuple(segments)), BEN)
-    (tmp_path / "a.csv").write_bytes(to_csv(tracks).encode())
-    assert read_tracks(tmp_path / "a.csv", ReadOptions()) == tracks
-    (tmp_path / "a.txt").write_bytes(to_audacity(tracks[0]).encode())
-    assert read_tracks(tmp_path / "a.txt", ReadOptions(author="Ann")) == tracks[:1]
 
 
 def test_a_header_with_no_segment_is_no_track(write):

@@ -16,7 +16,7 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from campaign import Finding, findings, run
+from campaign import Campaign, run
 from stores import make_project
 
 from forcelab.cli import main as forcelab
@@ -131,35 +131,8 @@ def pack(members: list[tuple[str, bytes]], chance: random.Random) -> bytes:
     return bytes(whole)
 
 
-def archives(count: int, seed: int, whole: bytes) -> Iterator[tuple[str, Any]]:
-    """Cases for :func:`campaign.findings`, each with the command lines that are run on it."""
-    with zipfile.ZipFile(io.BytesIO(whole)) as archive:
-        members = {name: archive.read(name) for name in archive.namelist()}
-    for number in range(count):
-
-        def write(place: Path, number: int = number) -> list[list[str]]:
-            chance = random.Random(f"{seed} {number}")
-            changed = change_members(members, chance)
-            if chance.random() < 0.2:
-                known = dict(changed)
-                changed = change_members(known, chance) if known else changed
-            file = place / "a.zip"
-            file.write_bytes(pack(changed, chance))
-            p, out = str(place / "p.forcelab"), str(place / "out")
-            formats = chance.choice(("archive", "elan", "csv", "boris", "audacity"))
-            return [
-                ["import", p, str(file)],
-                *([["list", p, "--json"], ["agree", p], ["runs", p]] if number % 2 else []),
-                ["export", p, "--format", formats, "--out", out],
-                ["remove", p, "01", "--yes"],
-            ]
-
-        yield f"archive {number} of seed {seed}", write
-
-
-def findings_of_archives(count: int, seed: int, folder: Path) -> Iterator[Finding]:
-    """Mutate the archive of a small project so many times and yield what was found."""
-    folder.mkdir(exist_ok=True)
+def prepare(folder: Path) -> dict[str, bytes]:
+    """The members of the archive of a small project."""
     path = folder / "whole.forcelab"
     make_project(path)
     with Project.open(path) as project:
@@ -172,9 +145,27 @@ def findings_of_archives(count: int, seed: int, folder: Path) -> Iterator[Findin
     if forcelab(["export", str(path), "--format", "archive", "--out", str(folder / "out")]):
         raise SystemExit("The archive could not be made.")
     (file,) = (folder / "out").iterdir()
-    (folder / "cases").mkdir()
-    yield from findings(archives(count, seed, file.read_bytes()), folder / "cases")
+    with zipfile.ZipFile(file) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def mutate(members: dict[str, bytes], place: Path, chance: random.Random) -> list[list[str]]:
+    changed = change_members(members, chance)
+    if chance.random() < 0.2:
+        known = dict(changed)
+        changed = change_members(known, chance) if known else changed
+    file = place / "a.zip"
+    file.write_bytes(pack(changed, chance))
+    p, out = str(place / "p.forcelab"), str(place / "out")
+    formats = chance.choice(("archive", "elan", "csv", "boris", "audacity"))
+    looks = [["list", p, "--json"], ["agree", p], ["runs", p]] if chance.random() < 0.5 else []
+    return [
+        ["import", p, str(file)],
+        *looks,
+        ["export", p, "--format", formats, "--out", out],
+        ["remove", p, "01", "--yes"],
+    ]
 
 
 if __name__ == "__main__":
-    run(__doc__, "archives", findings_of_archives)
+    run(__doc__, Campaign("archive", prepare, mutate))

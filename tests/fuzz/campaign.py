@@ -8,18 +8,36 @@ import argparse
 import hashlib
 import multiprocessing
 import os
+import random
 import resource
 import signal
 import sys
 import tempfile
 import traceback
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Generic, TypeVar
 
 MEMORY = 2 * 2**30
 """Bytes that a command may take beside what the parent holds."""
 SECONDS = 60
+
+
+W = TypeVar("W")
+
+
+@dataclass(frozen=True)
+class Campaign(Generic[W]):
+    """What is mutated, such as "archive", and how.
+
+    `prepare` makes what is whole in a folder; `mutate` writes a mutation of that into the folder of
+    a case, by chance, and gives the command lines to run on it.
+    """
+
+    what: str
+    prepare: Callable[[Path], W]
+    mutate: Callable[[W, Path, random.Random], Sequence[Sequence[str]]]
 
 
 @dataclass(frozen=True)
@@ -83,30 +101,25 @@ def _run(commands: Sequence[Sequence[str]], output: Path) -> None:
     os._exit(0)
 
 
-def findings(
-    cases: Iterable[tuple[str, Callable[[Path], Sequence[Sequence[str]]]]], folder: Path
-) -> Iterator[Finding]:
-    """Run cases and yield those that did more than refuse their file.
+def findings(campaign: Campaign[W], count: int, seed: int, folder: Path) -> Iterator[Finding]:
+    """Run so many cases, and yield those that did more than refuse their file.
 
-    Parameters
-    ----------
-    cases : iterable of (str, callable)
-        A name, and a function that writes the mutated file into a folder and returns the command
-        lines to run on it.
-    folder : Path
-        Where all of it happens; canaries lie in it beside the folder of the case.
+    All of it happens in `folder`; canaries lie in it beside the folder of the case.
     """
+    (folder / "whole").mkdir(parents=True)
+    whole = campaign.prepare(folder / "whole")
     canaries = folder / "canaries"
     (canaries / "victim").mkdir(parents=True)
     (canaries / "victim" / "canary.txt").write_text("untouched\n", "utf-8")
     (canaries / "canary.mp4").write_bytes(b"untouched")
     before = contents(canaries)
-    for number, (name, write) in enumerate(cases):
+    for number in range(count):
         if number and number % 500 == 0:
             print(f"{number} so far", file=sys.stderr, flush=True)
-        place = folder / "case"
+        name, place = f"{campaign.what} {number} of seed {seed}", folder / "case"
         place.mkdir()
-        why = fault_of_commands(write(place), folder / "output.txt")
+        commands = campaign.mutate(whole, place, random.Random(f"{seed} {number}"))
+        why = fault_of_commands(commands, folder / "output.txt")
         if contents(canaries) != before:
             yield Finding(name, "a canary beside the project was touched")
             return
@@ -115,30 +128,18 @@ def findings(
         _remove(place)
 
 
-def run(
-    description: str | None, what: str, found: Callable[[int, int, Path], Iterator[Finding]]
-) -> None:
-    """Run a campaign as the command line says, and print what it finds.
-
-    Parameters
-    ----------
-    description : str
-        Of the command.
-    what : str
-        What is mutated, such as "archives".
-    found : callable
-        Gives the findings of so many cases with that seed, in a folder.
-    """
+def run(description: str | None, campaign: Campaign[W]) -> None:
+    """Run a campaign as the command line says, and print what it finds."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--count", type=int, default=5000)
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
     number = 0
     with tempfile.TemporaryDirectory() as folder:
-        for finding in found(options.count, options.seed, Path(folder)):
+        for finding in findings(campaign, options.count, options.seed, Path(folder)):
             number += 1
             print(f"{finding.case}: {finding.why}", flush=True)
-    print(f"{options.count} {what}, {number} findings")
+    print(f"{campaign.what}: {options.count} cases, {number} findings")
 
 
 def _remove(folder: Path) -> None:

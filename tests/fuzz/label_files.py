@@ -8,16 +8,15 @@ import json
 import random
 import shutil
 import sys
-from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import campaign
 import numpy as np
-from campaign import Finding, findings, run
+from campaign import Campaign, run
 from text_mutations import mutated_bytes
 
 from forcelab.demonstration import Channel, Demonstration
@@ -52,31 +51,26 @@ KINDS = {
 }
 
 
-def cases(kind: str, count: int, seed: int, project: Path) -> Iterator[tuple[str, Any]]:
-    """Cases for :func:`campaign.findings`: each is imported into a copy of the project."""
-    name, content = KINDS[kind]
-    for number, mutated in enumerate(mutated_bytes(content(), count, seed)):
-
-        def write(place: Path, number: int = number, mutated: bytes = mutated) -> list[list[str]]:
-            shutil.copytree(project, place / project.name)
-            (place / name).write_bytes(mutated)
-            tiers = random.Random(f"{seed} {number}").choice(("authors", "actions"))
-            words = ["labels", str(place / project.name), str(place / name), "--tiers", tiers]
-            return [words, ["list", str(place / project.name)]]
-
-        yield f"file {number} of seed {seed}", write
-
-
-def findings_of(kind: str, count: int, seed: int, folder: Path) -> Iterator[Finding]:
-    """Mutate a label file of a kind so many times and yield what was found."""
+def prepare(folder: Path) -> Path:
+    """A project with the demonstration that is labelled."""
     times = np.arange(1000) / 100
     pull = Demonstration("pull", "foam", times, np.sin(times)[:, None], (Channel("fz", "N"),))
     with Project.create(folder / "study.forcelab") as project:
         project.demonstrations.add(pull)
-    (folder / "cases").mkdir()
-    yield from findings(cases(kind, count, seed, folder / "study.forcelab"), folder / "cases")
+    return folder / "study.forcelab"
+
+
+def mutate(kind: str, project: Path, place: Path, chance: random.Random) -> list[list[str]]:
+    """Import a mutated file of a kind into a copy of the project."""
+    name, content = KINDS[kind]
+    (mutated,) = mutated_bytes(content(), 1, chance.getrandbits(32))
+    shutil.copytree(project, place / project.name)
+    (place / name).write_bytes(mutated)
+    tiers = chance.choice(("authors", "actions"))
+    words = ["labels", str(place / project.name), str(place / name), "--tiers", tiers]
+    return [words, ["list", str(place / project.name)]]
 
 
 if __name__ == "__main__":
     chosen = sys.argv.pop(1)
-    run(__doc__, f"{chosen} files", lambda *arguments: findings_of(chosen, *arguments))
+    run(__doc__, Campaign(f"{chosen} file", prepare, partial(mutate, chosen)))

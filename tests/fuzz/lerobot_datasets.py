@@ -7,7 +7,6 @@ import json
 import random
 import shutil
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 import campaign
 import pyarrow as pa
 import pyarrow.parquet as pq
-from campaign import Finding, findings, run
+from campaign import Campaign, run
 from factories import GOP_250, even_frame_times, numbered_frame, write_video
 from ros_bags import change_bytes
 
@@ -134,44 +133,27 @@ def change_table(file: Path, chance: random.Random) -> None:
     pq.write_table(table, file, compression=chance.choice(("none", "zstd", "gzip", "snappy")))
 
 
-def cases(count: int, seed: int, whole: list[tuple[Path, Path]]) -> Iterator[tuple[str, Any]]:
-    """Cases for :func:`campaign.findings`, each with the command lines that are run on it."""
-    for number in range(count):
-
-        def write(place: Path, number: int = number) -> list[list[str]]:
-            chance = random.Random(f"{seed} {number}")
-            source, project = chance.choice(whole)
-            shutil.copytree(source, place / "pen")
-            shutil.copytree(project, place / "q.forcelab")
-            files = sorted(
-                p for p in (place / "pen").rglob("*") if p.is_file() and p.stat().st_size > 99
-            )
-            file = chance.choice(files)
-            if chance.random() < 0.4:
-                file = place / "pen/meta/info.json"
-            if file.suffix == ".parquet" and chance.random() < 0.5:
-                change_table(file, chance)
-            elif file.suffix in (".json", ".jsonl") and chance.random() < 0.8:
-                change_lines(file, chance)
-            else:
-                change_bytes(file, chance)
-            dataset = str(place / "pen")
-            options = ["--format", "lerobot", "--into", dataset]
-            return [
-                ["import", str(place / "p.forcelab"), dataset, "--signal", "action"],
-                ["export", str(place / "q.forcelab"), *options],
-            ]
-
-        yield f"dataset {number} of seed {seed}", write
-
-
-def findings_of_datasets(count: int, seed: int, folder: Path) -> Iterator[Finding]:
-    """Mutate small datasets so many times and yield what was found."""
-    (folder / "whole").mkdir()
-    whole = whole_datasets(folder / "whole")
-    (folder / "cases").mkdir()
-    yield from findings(cases(count, seed, whole), folder / "cases")
+def mutate(whole: list[tuple[Path, Path]], place: Path, chance: random.Random) -> list[list[str]]:
+    """Change a file of a dataset, and read and write it."""
+    source, project = chance.choice(whole)
+    shutil.copytree(source, place / "pen")
+    shutil.copytree(project, place / "q.forcelab")
+    files = sorted(p for p in (place / "pen").rglob("*") if p.is_file() and p.stat().st_size > 99)
+    file = chance.choice(files)
+    if chance.random() < 0.4:
+        file = place / "pen/meta/info.json"
+    if file.suffix == ".parquet" and chance.random() < 0.5:
+        change_table(file, chance)
+    elif file.suffix in (".json", ".jsonl") and chance.random() < 0.8:
+        change_lines(file, chance)
+    else:
+        change_bytes(file, chance)
+    dataset = str(place / "pen")
+    return [
+        ["import", str(place / "p.forcelab"), dataset, "--signal", "action"],
+        ["export", str(place / "q.forcelab"), "--format", "lerobot", "--into", dataset],
+    ]
 
 
 if __name__ == "__main__":
-    run(__doc__, "datasets", findings_of_datasets)
+    run(__doc__, Campaign("dataset", whole_datasets, mutate))

@@ -8,7 +8,7 @@ import io
 import random
 import sys
 import zipfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
 from multiprocessing import get_context
@@ -21,7 +21,7 @@ from skops import io as skops_io
 sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from campaign import Finding, findings, run
+from campaign import Campaign, run
 from factories import labelled_set, synthetic_set
 
 from forcelab.labels import Track
@@ -139,34 +139,8 @@ def change_bytes(whole: bytes, chance: random.Random) -> bytes:
     return written.getvalue()
 
 
-def cases(
-    count: int, seed: int, files: Sequence[bytes], project: Path
-) -> Iterator[tuple[str, Any]]:
-    """Cases for :func:`campaign.findings`, each with the command lines that are run on it."""
-    contents = [skops_io.loads(file, trusted=list(TRUSTED)) for file in files]
-    for number in range(count):
-
-        def write(place: Path, number: int = number) -> list[list[str]]:
-            chance = random.Random(f"{seed} {number}")
-            which = chance.randrange(len(files))
-            changed = None
-            if chance.random() < 0.8:
-                content = copy.deepcopy(contents[which])
-                for _ in range(chance.choice((1, 1, 1, 2))):
-                    change_content(content, chance)
-                with suppress(TypeError, ValueError, AttributeError, OverflowError):
-                    changed = skops_io.dumps(content)  # unless skops cannot write that either
-            file = place / "a.recogniser"
-            file.write_bytes(change_bytes(files[which], chance) if changed is None else changed)
-            labels = ["predict", str(file), str(project)]
-            return [labels, ["plan", str(project), "foam 01", "--recogniser", str(file)]]
-
-        yield f"recogniser {number} of seed {seed}", write
-
-
-def findings_of_recognisers(count: int, seed: int, folder: Path) -> Iterator[Finding]:
-    """Mutate small recognisers so many times and yield what was found."""
-    folder.mkdir(exist_ok=True)
+def prepare(folder: Path) -> tuple[list[bytes], list[Any], Path]:
+    """Files of small recognisers, what is in them, and a project to recognise."""
     path = folder / "whole.forcelab"
     with Project.create(path) as project:
         for demonstration, segments in synthetic_set(1, rate=100.0):
@@ -174,9 +148,26 @@ def findings_of_recognisers(count: int, seed: int, folder: Path) -> Iterator[Fin
     # Elsewhere: a child that is forked after OpenMP began here would wait for its threads for ever.
     with ProcessPoolExecutor(1, get_context("spawn")) as pool:
         files = pool.submit(recognisers).result()
-    (folder / "cases").mkdir()
-    yield from findings(cases(count, seed, files, path), folder / "cases")
+    return files, [skops_io.loads(file, trusted=list(TRUSTED)) for file in files], path
+
+
+def mutate(
+    whole: tuple[list[bytes], list[Any], Path], place: Path, chance: random.Random
+) -> list[list[str]]:
+    files, contents, project = whole
+    which = chance.randrange(len(files))
+    changed = None
+    if chance.random() < 0.8:
+        content = copy.deepcopy(contents[which])
+        for _ in range(chance.choice((1, 1, 1, 2))):
+            change_content(content, chance)
+        with suppress(TypeError, ValueError, AttributeError, OverflowError):
+            changed = skops_io.dumps(content)  # unless skops cannot write that either
+    file = place / "a.recogniser"
+    file.write_bytes(change_bytes(files[which], chance) if changed is None else changed)
+    labels = ["predict", str(file), str(project)]
+    return [labels, ["plan", str(project), "foam 01", "--recogniser", str(file)]]
 
 
 if __name__ == "__main__":
-    run(__doc__, "recognisers", findings_of_recognisers)
+    run(__doc__, Campaign("recogniser", prepare, mutate))

@@ -10,10 +10,8 @@ import random
 import shutil
 import sys
 import zipfile
-from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 os.environ["ARROW_DEFAULT_MEMORY_POOL"] = "system"  # others reserve more than the bound
 sys.path.insert(0, str(Path(__file__).parent))
@@ -22,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 import campaign
 import h5py  # noqa: F401 - so that no child has to, as below
 import scipy.io  # noqa: F401
-from campaign import Finding, findings, run
+from campaign import Campaign, run
 from ros_bags import change_bytes
 
 import forcelab.cli.commands.import_
@@ -65,27 +63,13 @@ def change_member(file: Path, chance: random.Random) -> None:
             archive.writestr(name, content)
 
 
-def cases(whole: list[Path], count: int, seed: int) -> Iterator[tuple[str, Any]]:
-    """Cases for :func:`campaign.findings`, each with the command line that is run on it."""
-    for number in range(count):
-
-        def write(place: Path, number: int = number) -> list[list[str]]:
-            chance = random.Random(f"{seed} {number}")
-            source = chance.choice(whole)
-            path = Path(shutil.copy(source, place / source.name))
-            in_archive = zipfile.is_zipfile(path) and chance.random() < 0.7
-            (change_member if in_archive else change_bytes)(path, chance)
-            return [["import", str(place / "p.forcelab"), str(path), "--task", "t"]]
-
-        yield f"file {number} of seed {seed}", write
-
-
-def findings_of(kind: str, count: int, seed: int, folder: Path) -> Iterator[Finding]:
-    """Mutate small files so many times, of archives mostly a member, and yield what was found."""
-    (folder / "whole").mkdir()
-    whole = KINDS[kind](folder / "whole")
-    (folder / "cases").mkdir()
-    yield from findings(cases(whole, count, seed), folder / "cases")
+def mutate(whole: list[Path], place: Path, chance: random.Random) -> list[list[str]]:
+    """Change a copy of a file; of an archive mostly a member."""
+    source = chance.choice(whole)
+    path = Path(shutil.copy(source, place / source.name))
+    in_archive = zipfile.is_zipfile(path) and chance.random() < 0.7
+    (change_member if in_archive else change_bytes)(path, chance)
+    return [["import", str(place / "p.forcelab"), str(path), "--task", "t"]]
 
 
 if __name__ == "__main__":
@@ -93,4 +77,4 @@ if __name__ == "__main__":
     import_module(f"forcelab.formats.{chosen}")
     for module in (hdf5, matlab):
         module.read_apart = arrays.use_tree
-    run(__doc__, f"{chosen} files", lambda *arguments: findings_of(chosen, *arguments))
+    run(__doc__, Campaign(f"{chosen} file", KINDS[chosen], mutate))

@@ -7,7 +7,6 @@ import random
 import shutil
 import sqlite3
 import sys
-from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import numpy as np
-from campaign import Finding, findings, run
+from campaign import Campaign, run
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
@@ -242,54 +241,34 @@ def change_database(file: Path, chance: random.Random) -> None:
         store.execute(f"UPDATE {table} SET {column} = {value}")
 
 
-def cases(count: int, seed: int, whole: list[Path]) -> Iterator[tuple[str, Any]]:
-    """Cases for :func:`campaign.findings`, each with the command lines that are run on it."""
-    for number in range(count):
-
-        def write(place: Path, number: int = number) -> list[list[str]]:
-            chance = random.Random(f"{seed} {number}")
-            project, kind = place / "p.forcelab", chance.random()
-            if kind < 0.3:
-                path = odd_pictures(place, chance)
-                # What was written is decoded, too.
-                return [
-                    ["import", str(project), str(path), "--task", "t"],
-                    ["sync", str(project), "odd"],
-                ]
-            if kind < 0.5:
-                path = odd_bag(place, chance)
-            else:
-                source = chance.choice(whole)
-                path = place / source.name
-                if source.is_file():
-                    shutil.copy(source, path)
-                else:
-                    shutil.copytree(source, path)
-            files = [path] if path.is_file() else sorted(path.iterdir())
-            file = chance.choice(files)
-            kind = chance.random()
-            if file.suffix == ".yaml" and kind < 0.8:
-                change_words(file, chance)
-            elif file.suffix == ".db3" and kind < 0.5:
-                try:
-                    change_database(file, chance)
-                except sqlite3.DatabaseError:  # the table's own bounds
-                    change_bytes(file, chance)
-            else:
-                change_bytes(file, chance)
-            return [["import", str(project), str(path), "--task", "t"]]
-
-        yield f"bag {number} of seed {seed}", write
-
-
-def findings_of_bags(count: int, seed: int, folder: Path) -> Iterator[Finding]:
-    """Mutate small bags so many times and yield what was found."""
-    whole = folder / "whole"
-    whole.mkdir()
-    found = whole_bags(whole)
-    (folder / "cases").mkdir()
-    yield from findings(cases(count, seed, found), folder / "cases")
+def mutate(whole: list[Path], place: Path, chance: random.Random) -> list[list[str]]:
+    project, kind = place / "p.forcelab", chance.random()
+    if kind < 0.3:
+        path = odd_pictures(place, chance)
+        # What was written is decoded, too.
+        return [["import", str(project), str(path), "--task", "t"], ["sync", str(project), "odd"]]
+    if kind < 0.5:
+        path = odd_bag(place, chance)
+    else:
+        source = chance.choice(whole)
+        path = place / source.name
+        if source.is_file():
+            shutil.copy(source, path)
+        else:
+            shutil.copytree(source, path)
+    file = chance.choice([path] if path.is_file() else sorted(path.iterdir()))
+    kind = chance.random()
+    if file.suffix == ".yaml" and kind < 0.8:
+        change_words(file, chance)
+    elif file.suffix == ".db3" and kind < 0.5:
+        try:
+            change_database(file, chance)
+        except sqlite3.DatabaseError:  # the table's own bounds
+            change_bytes(file, chance)
+    else:
+        change_bytes(file, chance)
+    return [["import", str(project), str(path), "--task", "t"]]
 
 
 if __name__ == "__main__":
-    run(__doc__, "bags", findings_of_bags)
+    run(__doc__, Campaign("bag", whole_bags, mutate))

@@ -8,7 +8,6 @@ import random
 import shutil
 import sqlite3
 import sys
-from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 
@@ -17,7 +16,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from campaign import Finding, findings, run
+from campaign import Campaign, run
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
@@ -25,42 +24,15 @@ from forcelab.labels import Segment, Track
 from forcelab.project import Project
 
 VALUES = (
-    "NULL",
-    "-1",
-    "0",
-    "1",
-    "0.0",
-    "-0.5",
-    "9e999",
-    "-9e999",
-    "1e300",
-    "1e-300",
-    "9223372036854775807",
-    "-9223372036854775808",
-    "x'00ff'",
-    "x'5b5d'",
-    "zeroblob(100000)",
-    "''",
-    "' '",
-    "'..'",
-    "'../../canaries/victim'",
-    "'../../../canaries/canary.mp4'",
-    "'{canaries}/canary.mp4'",
-    "'{canaries}/victim'",
-    "'[]'",
-    "'{{}}'",
-    "'[[1,2]]'",
-    "'[[0, 1e999, \"grab\"]]'",
-    "'[' || replace(hex(zeroblob(50000)), '00', '[') || ']'",
-    "replace(hex(zeroblob(3000)), '0', '9')",
-    "replace(hex(zeroblob(200000)), '0', 'x')",
-    "'a' || char(0) || 'b'",
-    "char(27) || '[2J'",
-    "CAST(x'ff' AS TEXT)",
-    "'model'",
-    "'undo'",
+    "NULL", "-1", "0", "1", "0.0", "-0.5", "9e999", "-9e999", "1e300", "1e-300",
+    "9223372036854775807", "-9223372036854775808", "x'00ff'", "x'5b5d'", "zeroblob(100000)", "''",
+    "' '", "'..'", "'../../canaries/victim'", "'../../../canaries/canary.mp4'",
+    "'{canaries}/canary.mp4'", "'{canaries}/victim'", "'[]'", "'{{}}'", "'[[1,2]]'",
+    "'[[0, 1e999, \"grab\"]]'", "'[' || replace(hex(zeroblob(50000)), '00', '[') || ']'",
+    "replace(hex(zeroblob(3000)), '0', '9')", "replace(hex(zeroblob(200000)), '0', 'x')",
+    "'a' || char(0) || 'b'", "char(27) || '[2J'", "CAST(x'ff' AS TEXT)", "'model'", "'undo'",
     "'=1+1'",
-)
+)  # fmt: skip
 SCHEMAS = (
     "CREATE TRIGGER gone AFTER INSERT ON edit BEGIN DELETE FROM segment; END",
     "CREATE TRIGGER more AFTER UPDATE ON demonstration BEGIN UPDATE author SET name = 'x'; END",
@@ -198,51 +170,43 @@ def change_file(folder: Path, chance: random.Random) -> str:
     return f"{kind} as {place.name}"
 
 
-def stores(count: int, seed: int, whole: Path) -> Iterator[tuple[str, object]]:
-    """Cases for :func:`campaign.findings`, each with the command lines that are run on it."""
-    for number in range(count):
-
-        def write(place: Path, number: int = number) -> list[list[str]]:
-            chance = random.Random(f"{seed} {number}")
-            folder = place / "p.forcelab"
-            shutil.copytree(whole, folder)
-            for _ in range(chance.choice((1, 1, 1, 2))):
-                change = chance.choice((change_row, change_row, change_schema, change_file, None))
-                store = folder / "project.sqlite"
-                if store.is_symlink() or not store.is_file():
-                    break
-                try:
-                    if change is None:
-                        change_bytes(store, chance)
-                    else:
-                        change(folder, chance)
-                except (sqlite3.DatabaseError, UnicodeDecodeError):  # it is beyond SQLite already
-                    break
-            p = str(folder)
-            formats = ("archive", "elan", "csv", "boris")
-            out = str(place / "out")
-            return [
-                ["list", p],
-                ["list", p, "--json"],
-                ["agree", p],
-                ["plan", p, "01"],
-                ["runs", p],
-                ["export", p, "--format", chance.choice(formats), "--out", out],
-                ["attach", p, "01", str(whole.with_name("other.avi"))],
-                ["remove", p, "01", "--yes"],
-            ]
-
-        yield f"store {number} of seed {seed}", write
-
-
-def findings_of_stores(count: int, seed: int, folder: Path) -> Iterator[Finding]:
-    """Mutate a small project so many times and yield what was found."""
-    folder.mkdir(exist_ok=True)
+def prepare(folder: Path) -> Path:
     whole = folder / "whole.forcelab"
     make_project(whole)
-    (folder / "cases").mkdir()
-    yield from findings(stores(count, seed, whole), folder / "cases")
+    return whole
 
+
+def mutate(whole: Path, place: Path, chance: random.Random) -> list[list[str]]:
+    """Change a copy of the project once or twice."""
+    folder = place / "p.forcelab"
+    shutil.copytree(whole, folder)
+    for _ in range(chance.choice((1, 1, 1, 2))):
+        change = chance.choice((change_row, change_row, change_schema, change_file, None))
+        store = folder / "project.sqlite"
+        if store.is_symlink() or not store.is_file():
+            break
+        try:
+            if change is None:
+                change_bytes(store, chance)
+            else:
+                change(folder, chance)
+        except (sqlite3.DatabaseError, UnicodeDecodeError):  # it is beyond SQLite already
+            break
+    p, out = str(folder), str(place / "out")
+    formats = ("archive", "elan", "csv", "boris")
+    return [
+        ["list", p],
+        ["list", p, "--json"],
+        ["agree", p],
+        ["plan", p, "01"],
+        ["runs", p],
+        ["export", p, "--format", chance.choice(formats), "--out", out],
+        ["attach", p, "01", str(whole.with_name("other.avi"))],
+        ["remove", p, "01", "--yes"],
+    ]
+
+
+STORES = Campaign("store", prepare, mutate)
 
 if __name__ == "__main__":
-    run(__doc__, "projects", findings_of_stores)
+    run(__doc__, STORES)

@@ -334,9 +334,10 @@ def test_a_file_name_of_250_bytes_is_imported(tmp_path, path):
 
 def test_mutated_projects_end_in_a_sentence_and_touch_nothing_outside(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(Path(__file__).parents[1] / "fuzz")
-    from stores import findings_of_stores
+    from campaign import findings
+    from stores import STORES
 
-    assert list(findings_of_stores(12, 0, tmp_path / "stores")) == []
+    assert list(findings(STORES, 12, 0, tmp_path / "stores")) == []
 
 
 def test_a_schema_with_bytes_that_are_no_text_is_one_sentence(path, stored, canaries):

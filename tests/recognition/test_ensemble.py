@@ -218,17 +218,6 @@ def test_sharpening_keeps_the_order_and_certainty_itself():
     assert sharpen(P, 2.0)[1, 1] == pytest.approx(0.49 / 0.58)
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_rare_actions_count_as_much_where_asked(name):
-    X, y = clouds((400, 25), distance=1.0)
-    fresh, truth = clouds((400, 400), distance=1.0, seed=1)
-    shares = [
-        np.mean(fitted(name, X, y, FitOptions(balanced=even)).predict(fresh)[truth == 1] == 1)
-        for even in (False, True)
-    ]
-    assert shares[1] > shares[0]
-
-
 def test_of_too_many_samples_evenly_many_are_learnt_and_every_action(monkeypatch):
     monkeypatch.setattr(ensemble, "MOST", 50)
     y = np.repeat([0, 1, 2], [121, 80, 1])  # the last one falls between two that are taken

@@ -81,16 +81,6 @@ def test_labels_are_those_stated_whatever_comes(trained, channels, kind, latency
     assert np.array_equal(codes, expected.codes)
 
 
-@pytest.mark.parametrize("size", [1e12, 1e16, 1e29])
-def test_a_glitch_is_a_sample_that_is_missing(trained, channels, size):
-    values = glitched(len(channels), slice(0, 0))
-    values[400:402, 2] = np.nan
-    missing, found = (OnlineRecogniser(trained, 0.2, channels, RATE) for _ in range(2))
-    expected = pushed(missing, np.arange(N) / RATE, values, [20])
-    values[400:402, 2] = size
-    assert np.array_equal(expected[1], pushed(found, np.arange(N) / RATE, values, [7])[1])
-
-
 @settings(max_examples=5, deadline=None)
 @example(seed=14, sizes=[61])
 @given(seed=st.integers(0, 999), sizes=st.lists(st.integers(1, 300), min_size=1, max_size=5))

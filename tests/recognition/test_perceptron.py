@@ -9,7 +9,7 @@ from threadpoolctl import threadpool_limits
 
 from forcelab.jobs import finish
 from forcelab.recognition import perceptron
-from forcelab.recognition.ensemble import CalibratedEnsemble, FitOptions, fit_ensemble
+from forcelab.recognition.ensemble import FitOptions, fit_ensemble
 from forcelab.recognition.perceptron import Perceptron, fit_perceptron, held_out_epochs
 
 
@@ -140,18 +140,6 @@ def test_a_force_never_met_before_does_not_decide_alone():
     far, farther = X[:1].astype(float), X[:1].astype(float)
     far[0, 3], farther[0, 3] = 1e3, 1e9
     np.testing.assert_array_equal(fitted.predict_proba(far), fitted.predict_proba(farther))
-
-
-def test_numbers_of_the_scaler_are_checked():
-    X, y, groups = demonstrations()
-    fitted = finish(fit_ensemble("mlp", X.astype(float), y, 0, FitOptions(groups)))
-    plain = fitted.plain()
-    CalibratedEnsemble.from_plain(plain, 8, 2)
-    for name, value in (("mean", np.nan), ("scale", 0.0), ("scale", -1.0), ("mean", np.inf)):
-        broken = plain[name].copy()
-        broken[2] = value
-        with pytest.raises(ValueError, match="must"):
-            CalibratedEnsemble.from_plain(plain | {name: broken}, 8, 2)
 
 
 def test_a_mean_of_trees_and_network_is_their_mean():

@@ -145,17 +145,6 @@ def test_an_evaluation_says_what_the_choreography_was_worth_and_how_far_to_rely_
     assert sum(n for n, _, _ in reliability["bins"]) == int(found.reliability.steps.sum())
 
 
-def test_constant_channels_beside_one_that_tells_something_do_no_harm(four):
-    flat = []
-    for item in four[:3]:
-        rows = np.array(item.demonstration.signals)
-        rows[:, 1:] = 3.0
-        flat.append(changed(item, rows))
-    for settings in (FAST, BEST):
-        found = train(flat[:2], settings).predict(flat[2].demonstration)
-        assert np.isfinite(found.probabilities).all()
-
-
 def test_the_published_code_differs_from_the_text_as_it_says():
     released = preset("released")
     assert released.scales.tolist() == [2.0**j for j in range(2, 13)]

@@ -128,12 +128,6 @@ def test_a_value_out_of_its_range_is_refused_in_one_sentence(name, value):
     assert "\n" not in str(refusal.value)
 
 
-@pytest.mark.parametrize("parameter", [np.inf, np.nan, 2.5, 0.0])
-def test_an_order_that_is_no_whole_number_is_refused(parameter):
-    with pytest.raises(InputError):
-        Settings(wavelet="dog", parameter=parameter)
-
-
 @pytest.mark.parametrize("name", ["stride", "threshold", "median", "drop", "rate", "seed"])
 def test_the_refusal_names_the_setting_what_it_must_be_and_what_it_was(name):
     with pytest.raises(InputError, match=rf"The setting {name} must be .*, not -3\."):

@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 from factories import SYNTHETIC_ACTIONS, labelled_set, synthetic_demonstration
 
-from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.jobs import finish
-from forcelab.label_map import MergeMap
 from forcelab.labels import Segment
 from forcelab.recognition import ensemble, label_noise, live_model
 from forcelab.recognition import training as training_module
@@ -38,11 +36,6 @@ def fitted_to(monkeypatch):
 
     monkeypatch.setattr(training_module, "fit_classifier", fitting)
     return arguments
-
-
-def predictions(recogniser, demonstration):
-    prediction = recogniser.predict(demonstration)
-    return np.column_stack([prediction.raw, prediction.filtered])
 
 
 # --- progress -----------------------------------------------------------------------------------
@@ -188,23 +181,6 @@ def test_probabilities_are_prepared_only_if_a_filter_needs_them(three, fitted_to
     assert fitted_to["probabilities"] is (threshold is not None)
 
 
-def test_samples_in_a_gap_are_not_trained_on(three, fitted_to):
-    old = three[0].demonstration
-    times = old.times + np.where(np.arange(len(old.times)) >= 100, 2.0, 0.0)
-    gapped = replace(old, times=times)
-    everywhere = (Segment(0.0, 1.5, "still"), Segment(1.5, 100.0, "grab"))
-    train([LabelledDemonstration(gapped, everywhere)], SMALL)
-    assert fitted_to["y"].tolist() == [0] * 100 + [1] * (len(times) - 100)
-
-
-def test_merged_spellings_are_trained_as_one_action_and_the_labels_stay(three):
-    before = [item.segments for item in three]
-    merge = MergeMap({"grab": "grip", "hold": "grip"})
-    recogniser = train(three, SMALL.replace(merge=merge))
-    assert recogniser.actions == ("still", "grip", "release")
-    assert [item.segments for item in three] == before
-
-
 def test_the_shortest_segment_of_each_action_is_remembered(three):
     recogniser = train(three, SMALL)
     for action in SYNTHETIC_ACTIONS:
@@ -259,24 +235,7 @@ def test_training_without_a_label_is_refused_in_a_sentence(three):
         train([], SMALL)
 
 
-def test_training_with_one_action_only_is_refused_in_a_sentence(three):
-    still = [
-        LabelledDemonstration(i.demonstration, tuple(s for s in i.segments if s.action == "still"))
-        for i in three
-    ]
-    with pytest.raises(InputError, match="samples of two actions"):
-        train(still, SMALL)
-
-
 def test_segments_that_hold_no_sample_are_no_labels(three):
     beyond = (Segment(1000.0, 1001.0, "grab"), Segment(1001.0, 1002.0, "hold"))
     with pytest.raises(InputError, match="samples of two actions"):
         train([LabelledDemonstration(three[0].demonstration, beyond)], SMALL)
-
-
-def test_training_on_different_channels_is_refused_by_name(three):
-    old = three[1].demonstration
-    renamed = tuple(Channel(f"strain {i}") for i in range(6))
-    other = replace(old, name="gauge", channels=renamed)
-    with pytest.raises(InputError, match=r"'foam 01' has the channels .*'gauge' has"):
-        train([three[0], LabelledDemonstration(other, three[1].segments)], SMALL)

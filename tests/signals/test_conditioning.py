@@ -32,19 +32,6 @@ def test_what_is_taken_out_can_be_put_back(x):
     np.testing.assert_allclose(back, x, rtol=0, atol=1e-12 * max(1e-300, np.abs(x).max()))
 
 
-@settings(deadline=None)
-@given(
-    hnp.arrays(np.float64, st.integers(1, 30), elements=st.floats(-1e6, 1e6, width=32)),
-    st.integers(-400, 400),
-)
-def test_a_power_of_two_changes_the_exponent_alone(x, power):
-    plain, scaled = condition(x), condition(np.ldexp(x, power))
-    np.testing.assert_array_equal(scaled.values, plain.values)
-    np.testing.assert_array_equal(scaled.noise, plain.noise)
-    varies = bool(plain.values.any())
-    assert scaled.exponent[0] - plain.exponent[0] == (power if varies else 0)
-
-
 @pytest.mark.parametrize("value", [0.0, -0.0, 5e-324, 1e-300, 0.1, -7.0, 1e300, 1.7e308])
 def test_a_constant_leaves_nothing(value):
     ready = condition(np.full(20, value))

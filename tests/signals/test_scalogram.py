@@ -287,18 +287,6 @@ def test_a_short_impact_vanishes_at_no_zoom(samples, share):
     assert np.all(np.abs(np.argmax(found[narrow], axis=1) - column) <= 1)
 
 
-@pytest.mark.parametrize("hertz", [10.0, 50.0, 150.0])
-@pytest.mark.parametrize("columns", [20, 60, 500])
-def test_a_steady_tone_is_as_high_as_it_is(hertz, columns):
-    x = np.sin(2 * np.pi * hertz * np.arange(60_000) / RATE)
-    scale = RATE / (Morlet().fourier_factor * hertz)
-    scales = np.array([0.8 * scale, scale, 1.25 * scale])
-    picture = make_picture(x, 20.0, 40.0, columns=columns, scales=scales)
-    expected = np.abs(cwt(x, scales))[:, 30_000] ** 2
-    decibels = 10 * np.log10(power(picture)[:, columns // 2] / expected)
-    assert np.max(np.abs(decibels)) < 0.001
-
-
 @pytest.mark.parametrize("apart", [2.0, 4.0, 5.0])
 @pytest.mark.parametrize("columns", [100, 500, 20_000])
 def test_tones_that_beat_are_as_high_as_they_are(apart, columns):
@@ -614,13 +602,3 @@ def test_cells_of_endless_recordings_are_bounded(samples, size):
 def test_a_long_span_whose_columns_are_too_narrow_for_cells_is_exact(tapped):
     picture = make_picture(tapped, columns=1500)
     assert_exact(picture, reference(tapped, 0, 60_000, 1500))
-
-
-@pytest.mark.usefixtures("long_from_little")
-def test_phases_of_long_spans_are_those_of_short_ones(tapped, monkeypatch):
-    request = {"columns": 20, "phase": True}
-    long = make_picture(tapped, 10.0, 40.0, **request)
-    monkeypatch.setattr(module, "LONG", 1 << 17)
-    short = make_picture(tapped, 10.0, 40.0, **request)
-    error = np.abs(np.angle(np.exp(1j * (long.values - short.values).astype(np.float64))))
-    assert np.nanmax(error[SCALES > CUT_BELOW]) < 1e-3

@@ -99,15 +99,6 @@ def test_missing_samples_gaps_and_one_channel_do_not_matter():
         assert error(proposal, frames, -0.4, 1.0) < FRAME
 
 
-def test_a_glitch_hides_no_tap():
-    frames, energy, t, force = recorded(offset=-0.4, seed=3)
-    missing = force.copy()
-    force[3000, 1], missing[3000, 1] = 1e12, np.nan
-    proposal = propose(frames, energy, t, force)
-    assert proposal.taps == propose(frames, energy, t, missing).taps
-    assert len(proposal.taps) == 2
-
-
 def test_a_glitch_in_a_channel_that_is_hardly_touched_hides_no_tap(monkeypatch):
     frames, energy, t, force = recorded(offset=-0.4, seed=3)
     counts = np.round(5e4 * force)

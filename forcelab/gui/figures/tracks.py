@@ -47,11 +47,6 @@ class FadeOverlay:
     opacity: float
 
 
-def opacity(probability: float) -> float:
-    """How much of a prediction's colour is faded."""
-    return float(_levels(np.array([probability]))[0] * STRONGEST / LEVELS)
-
-
 def fade_overlays(
     certainty: ProbabilityTrace, segments: Segments, axis: Axis, box: QRectF
 ) -> tuple[FadeOverlay, ...]:

@@ -55,7 +55,7 @@ from forcelab.gui.label.segment_commands import for_current_segment
 from forcelab.gui.label.swatches import paint_swatch, style_of
 from forcelab.gui.label.track_menus import add_relabel_menu, shown_name
 from forcelab.gui.label.track_painting import MARK, origin_text, paint_proposed
-from forcelab.gui.layout import PageOrPlaceholder, search_field, whole_rows
+from forcelab.gui.layout import PageOrPlaceholder, fill_layout, search_field, whole_rows
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import ENTER_KEYS
 from forcelab.labels import Segment, Segments
@@ -490,8 +490,7 @@ class SegmentTable(SideList):
         self.table.horizontalHeader().sortIndicatorChanged.connect(self._show_selection)
         self.pages = PageOrPlaceholder(self.table)
         self.pages.note.setMargin(4)  # in a small window there is room for two lines
-        self.column.addWidget(self.filter)
-        self.column.addWidget(self.pages, 1)
+        fill_layout(self.column, self.filter, (self.pages, 1))
         self._syncing = False
         document.tracks_changed.connect(self.refresh)
         document.selection_changed.connect(self._show_selection)

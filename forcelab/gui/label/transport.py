@@ -35,7 +35,7 @@ from forcelab.gui.icons import icon, paint_icon
 from forcelab.gui.label.history import time_of_edit
 from forcelab.gui.label.key_labelling import pending
 from forcelab.gui.label.playback import SPEEDS, Player
-from forcelab.gui.layout import set_enabled_with_reason, tool_button
+from forcelab.gui.layout import fill_layout, set_enabled_with_reason, tool_button
 from forcelab.gui.preferences import REACTION_TIME
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.theme import colours, themes
@@ -264,14 +264,11 @@ class Transport(QWidget):
         )
         self.saved = SavedIndicator(document)
         self._rows = QBoxLayout(QBoxLayout.Direction.LeftToRight, self)
-        self._rows.setContentsMargins(6, 3, 6, 3)
-        self._rows.setSpacing(4)
         self._line = QFrame(frameShape=QFrame.Shape.VLine)
         self._line.setForegroundRole(QPalette.ColorRole.Mid)
         self._groups = self._playback_row(), self._labelling_row()
-        self._rows.addLayout(self._groups[0])
-        self._rows.addWidget(self._line)
-        self._rows.addLayout(self._groups[1], 1)
+        parts = self._groups[0], self._line, (self._groups[1], 1)
+        fill_layout(self._rows, *parts, margins=(6, 3, 6, 3), spacing=4)
         document.view.cursor_moved.connect(self._show_time)
         document.demonstration_changed.connect(self._update)
         document.view.frame_times_changed.connect(self._show_time)
@@ -357,9 +354,7 @@ class Transport(QWidget):
         self.reaction.valueChanged.connect(REACTION_TIME.set_value)
         row.addWidget(self.reaction)
         row.addSpacing(6)
-        row.addWidget(self.range, 1)
-        row.addWidget(self.saved)
-        return row
+        return fill_layout(row, (self.range, 1), self.saved)
 
     def _button(
         self,
