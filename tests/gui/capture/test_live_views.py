@@ -6,7 +6,6 @@ from factories import BAYES_SETTINGS, synthetic_set
 from PySide6.QtCore import QEvent, QObject
 from PySide6.QtGui import QGuiApplication, QImage, QPainter
 
-from forcelab.capture.emulator import VirtualOptoForce
 from forcelab.gui import settings
 from forcelab.gui.capture.controller import CaptureState
 from forcelab.gui.capture.live_model import RECOGNISING, LoadedRecogniser, RecogniserSelection
@@ -19,6 +18,7 @@ from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.presets import preset
 from forcelab.recognition.storage import dump, save_recogniser
 from forcelab.recognition.training import train
+from tests.capture.virtual_devices import VirtualOptoForce
 from tests.gui.capture.conftest import connect, make_study, open_window, source
 
 #: Every step gets a label, whatever it is: what comes is no foam.
