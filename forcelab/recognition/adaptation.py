@@ -158,7 +158,6 @@ def _middle(rows: Sequence[Real]) -> Real:
 
 
 def _look(demonstration: Demonstration) -> _Look:
-    """Measure one demonstration."""
     names = [channel.name for channel in demonstration.channels]
     channels = channel_map(demonstration.channels)
     grid = on_grid(demonstration, None, channels.recorded)

@@ -430,7 +430,6 @@ def plan_folds(
 
 
 def _add_seconds(seconds: dict[str, float], tested: Iterable[Prediction]) -> None:
-    """Add the run time of predictions."""
     for prediction in tested:
         for step, spent in prediction.seconds.items():
             seconds[step] += spent

@@ -365,7 +365,6 @@ def _fit_members(
 def _fit_member(
     kind: str | MemberFit, X: NDArray[Any], y: Codes, seed: int, options: FitOptions
 ) -> Member:
-    """Fit one member."""
     if not isinstance(kind, str):
         learnt = _evened(y, np.arange(len(y))) if options.balanced else slice(None)
         return kind(X[learnt], y[learnt], seed)

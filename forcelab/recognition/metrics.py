@@ -267,19 +267,13 @@ class Events:
         return asdict(self)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _EventPieces:
-    """Pieces of right, missed or false time of all actions, by action and then by time."""
+def _event_pieces(
+    over: Overlay,
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
+    """Right, missed and false time of all actions, by action and then by time.
 
-    kinds: NDArray[np.int64]
-    firsts: NDArray[np.int64]
-    seconds: NDArray[np.float64]
-    #: How many of the two neighbours are right.
-    neighbours: NDArray[np.int64]
-
-
-def _event_pieces(over: Overlay) -> _EventPieces:
-    """Cut time by the binary answers of each action."""
+    What each piece is, how many of its two neighbours are right, its first sample, and its seconds.
+    """
     disagreeing = np.flatnonzero(over.human_codes != over.predicted_codes)
     false = disagreeing[over.predicted_codes[disagreeing] >= 0]
     kinds = np.full(len(over.pieces), _RIGHT)
@@ -301,24 +295,22 @@ def _event_pieces(over: Overlay) -> _EventPieces:
     neighbours = np.zeros(len(heads), dtype=np.int64)
     neighbours[1:] += joined & (kind[:-1] == _RIGHT)
     neighbours[:-1] += joined & (kind[1:] == _RIGHT)
-    return _EventPieces(
-        kind, over.pieces.firsts[piece[heads]], ends[tails] - starts[heads], neighbours
-    )
+    return kind, neighbours, over.pieces.firsts[piece[heads]], ends[tails] - starts[heads]
 
 
 def event_errors(over: Overlay) -> Events:
     """Count and time the event errors of one demonstration (see the module)."""
     if len(over.pieces) == 0:
         return Events()
-    cut = _event_pieces(over)
+    kinds, neighbours, firsts, seconds = _event_pieces(over)
 
-    def tally(kind: int, neighbours: int, events: Runs | None = None) -> Tally:
+    def tally(kind: int, right: int, events: Runs | None = None) -> Tally:
         """Sum up stretches, counting the events that hold them where `events` is given."""
-        chosen = (cut.kinds == kind) & (cut.neighbours == neighbours)
+        chosen = (kinds == kind) & (neighbours == right)
         numbers = np.flatnonzero(chosen)
         if events is not None:
-            numbers = np.unique(events.holding(cut.firsts[chosen]))
-        return Tally(len(numbers), float(cut.seconds[chosen].sum()))
+            numbers = np.unique(events.holding(firsts[chosen]))
+        return Tally(len(numbers), float(seconds[chosen].sum()))
 
     return Events(
         human=Tally(len(over.human), float(over.human.seconds.sum())),
@@ -575,7 +567,6 @@ def score(
 
 
 def _f1s(segments: NDArray[np.int64]) -> dict[str, float | None]:
-    """F1 at each overlap."""
     return {
         str(overlap): f1(*(int(number) for number in row))
         for overlap, row in zip(OVERLAPS, segments, strict=True)

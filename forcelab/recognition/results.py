@@ -241,7 +241,6 @@ class Evaluation:
 
     @cached_property
     def _scores(self) -> dict[str, tuple[Scores, list[Scores]]]:
-        """All scores."""
         result = {}
         for kind, counts in self._counts.items():
             named = zip(self.tested, counts, strict=True)

@@ -186,7 +186,6 @@ class Consensus:
         return self._store(after, description, force=force and not decided)
 
     def _store(self, after: Segments, description: str, force: bool = False) -> Edit | None:
-        """Store the consensus as an edit."""
         if after == self.segments and not force:
             return None
         edit = self.project.tracks.edit(

@@ -719,7 +719,6 @@ def _sides(scorer: Scorer, rows: Real, place: Interval) -> tuple[str, str]:
 
 
 def _neighbour_with_prediction(run: RunResult, neighbour: Neighbour) -> Neighbour:
-    """A neighbour with its predicted action."""
     place, result = neighbour.place, run.find(neighbour.place.demonstration)
     if result is None:
         return neighbour
@@ -751,7 +750,6 @@ def _own_remarks(settings: Settings) -> tuple[str, ...]:
 
 
 def _interval_json(place: Interval) -> dict[str, Any]:
-    """An interval as plain values."""
     return {
         "demonstration": place.demonstration,
         "start": place.start,

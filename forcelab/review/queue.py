@@ -125,7 +125,6 @@ def arrange_queue(
 def _compare(
     result: DemonstrationResult, segments: Segments, actions: tuple[str, ...]
 ) -> ComparedDemonstration:
-    """Compare one demonstration."""
     differences = find_differences(result.id, segments, result.predicted, result.probability_trace)
     listed = tuple(d for d in differences if d.duration >= LEAST)
     return ComparedDemonstration(

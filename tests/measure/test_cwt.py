@@ -84,7 +84,7 @@ def test_the_memory_of_a_long_recording_is_told_without_its_tables():
     (row,) = finish(measure_long_recording(tapered_forces(1 << 19, 1), np.array([2.0, 300.0])))
     assert row.name == "forcelab"
     assert row.error < 4e-7
-    assert row.peak_bytes < 15 * (1 << 19)  # two tables alone take 16 bytes a sample
+    assert row.peak_bytes < 30 * (1 << 19)  # with the tables' 16 bytes a sample it would be 41
 
 
 def test_what_is_not_installed_is_refused_by_name():
