@@ -30,7 +30,11 @@ def test_own_recordings_are_imported_and_one_is_labelled(screen, start, tmp_path
 
     program.click(program.ask("widget", kind="QCommandLinkButton", name="Label your own"))
     first = dialog()
-    program.xdotool("type", "--delay", 8, " ".join(f'"{file}"' for file in files))
+    program.xdotool("type", "--delay", 8, f"{folder}/")
+    program.press("Return")
+    # Of files that Qt's dialog has not listed yet it may take the last one alone.
+    program.until(lambda _: program.ask("row", view="QTreeView", text=files[-1].name))
+    program.xdotool("type", "--delay", 8, " ".join(f'"{file.name}"' for file in files))
     program.press("Return")
     dialog(first)
     program.xdotool("type", "--delay", 8, "foam")
