@@ -19,7 +19,6 @@ from forcelab.gui.figures.tracks import (
     agreed_share,
     fade_at,
     fade_overlays,
-    opacity,
 )
 from forcelab.labels import Segment, ordered, to_codes
 from forcelab.recognition.probabilities import ProbabilityTrace
@@ -63,6 +62,12 @@ def test_the_agreed_share_is_the_accuracy_of_fine_samples(human, predicted):
         assert share == pytest.approx((human_codes == predicted_codes)[labelled].mean())
     else:
         assert share is None
+
+
+def opacity(probability):
+    """How much of an action's colour is faded where it is so probable."""
+    fades = fade_overlays(sure_of(probability), (Segment(0, 10, "grab"),), AXIS, BOX)
+    return fade_at(fades, AXIS.at(5.0))
 
 
 def test_the_thickness_of_a_veil_falls_with_the_probability():
