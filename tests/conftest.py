@@ -15,29 +15,27 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-#: The files that take longest, 9 s and more, begin first: no process is left with one in the end.
+#: The files that take longest, 8 s and more, begin first: no process is left with one in the end.
 LONG = (
-    "recognition/test_cross_validation.py",
-    "recognition/test_live_model.py",
-    "measure/test_benchmarks.py",
     "simulation/test_tasks.py",
-    "test_guide.py",
+    "measure/test_benchmarks.py",
     "gui/review/test_workspace.py",
-    "recognition/test_extremes.py",
-    "gui/capture/test_live_views.py",
-    "gui/test_memory.py",
-    "recognition/test_classifiers.py",
-    "e2e/test_review.py",
-    "review/test_label_errors.py",
-    "e2e/test_keyboard.py",
-    "gui/capture/test_workspace.py",
-    "gui/test_window_menus.py",
-    "gui/test_window.py",
-    "capture/test_recorder.py",
-    "capture/test_lsl.py",
+    "recognition/test_cross_validation.py",
     "recognition/test_live.py",
-    "simulation/test_solvers.py",
-    "signals/test_scalogram.py",
+    "capture/test_recorder.py",
+    "test_cluster.py",
+    "test_guide.py",
+    "capture/test_lsl.py",
+    "e2e/test_review.py",
+    "recognition/test_classifiers.py",
+    "gui/capture/test_live_views.py",
+    "recognition/test_extremes.py",
+    "capture/test_devices.py",
+    "gui/capture/test_workspace.py",
+    "recognition/test_training.py",
+    "recognition/test_live_model.py",
+    "e2e/test_keyboard.py",
+    "cli/test_capture.py",
 )
 #: Waits for what has gone on beside all others.
 LAST = "test_types.py"
