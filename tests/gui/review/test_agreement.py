@@ -333,6 +333,7 @@ def test_arrows_go_on_from_the_consensus_to_the_next_page_and_back(app, until):
 def test_what_comes_back_by_itself_leaves_the_keyboard_where_it_is(app, until):
     with bench(app, until, {"Ann": ANN, "Ben": BEN}) as b:
         b.view.activateWindow()
+        until(b.view.isActiveWindow)  # another test's window may still be in front
         b.view.pages.setCurrentIndex(1)
         assert b.bar.hasFocus()
         field = QLineEdit(b.view)
