@@ -106,6 +106,19 @@ def test_what_is_written_is_read_back_onto_the_same_samples(rate, offset, data):
             assert to_codes(read.segments, times, ACTIONS).tolist() == codes.tolist()
 
 
+NAMES = ("grab", "hold it", 'a "b", c', "3", "none", "12:30", "ä;ß")
+
+
+@pytest.mark.parametrize("names", [NAMES, *((name,) for name in NAMES)])
+def test_names_that_look_like_something_else_are_read_back_to_the_bit(tmp_path, names):
+    whole = Track("Ann", tuple(Segment(i / 7e6, (i + 1) / 7e6, n) for i, n in enumerate(names, 3)))
+    ben = Track("Ben", (Segment(0.25, 1000000.000001, "grab"),))
+    (tmp_path / "a.csv").write_bytes(to_csv([whole, ben]).encode())
+    assert read_tracks(tmp_path / "a.csv", ReadOptions()) == (whole, ben)
+    (tmp_path / "a.txt").write_bytes(to_audacity(whole).encode())
+    assert read_tracks(tmp_path / "a.txt", ReadOptions(author="Ann")) == (whole,)
+
+
 def test_a_label_file_beside_a_recording_comes_onto_its_samples(tmp_path):
     """0.1 + 0.2 is not 0.3: without that, the sample at 0.30000000000000004 would be unlabelled."""
     times = np.cumsum(np.full(60, 0.1))

@@ -427,12 +427,13 @@ def test_signals_beside_force_axes_are_named_until_they_are_left_out(open_on, tm
     assert not others.isVisible()
 
 
-def test_what_is_taken_for_a_counter_can_be_made_a_signal(document, german, until):
+def test_a_counter_can_be_made_a_signal_and_a_signal_be_left_out(document, german, until):
     choose(german, "Paket", "signal")
     assert read_as(german)["Paket"] == "signal"
+    choose(german, "Taster", "left out")
     import_button(german).click()
     until(lambda: document.id)
-    assert "Paket" in [channel.name for channel in document.demonstration.channels]
+    assert {channel.name for channel in document.demonstration.channels} == {"Kraft_x", "Paket"}
 
 
 def test_without_its_times_a_table_goes_by_its_counter_and_rate(document, german, until):

@@ -15,7 +15,7 @@ from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import train
 from forcelab.signals import cwt_engine
-from tests.recognition.live_reference import reference_labels, streamed
+from tests.recognition.live_reference import pushed, reference_labels, streamed
 
 
 @pytest.fixture(scope="module")
@@ -65,15 +65,23 @@ def test_labels_do_not_depend_on_the_blocks(either, three):
     @given(
         sizes=st.lists(st.integers(1, 90), min_size=1, max_size=6),
         latency=st.sampled_from([0.0, 0.04, 0.1, 0.4]),
-        length=st.integers(2, 250),
+        length=st.integers(1, 250),
     )
     def check(sizes, latency, length):
-        short = first_steps(three[2].demonstration, length)
+        demonstration = three[2].demonstration
+        piece = slice(500, 500 + length)  # of a grip that ends
         found, expected = (
-            streamed(either, short, latency, blocks, 250.0) for blocks in (sizes, [length])
+            pushed(
+                OnlineRecogniser(either, latency, demonstration.channels, 250.0),
+                demonstration.times[piece],
+                demonstration.signals[piece],
+                blocks,
+            )
+            for blocks in (sizes, [length])
         )
         assert len(found[1]) == length
         assert np.array_equal(found[1], expected[1])
+        assert np.abs(found[2] - expected[2]).max() < (1e-12 if either.live_models else 1e-3)
 
     check()
 
@@ -121,6 +129,11 @@ def test_a_gap_is_bridged_and_never_labelled(either, three):
         assert np.all(known[(times > 1.84) & (times < 1.98)].any(axis=1))
         assert np.all(known[times > 2.26].any(axis=1))
         assert np.array_equal(codes, streamed(either, holed, latency, [5000])[1])
+    if not either.live_models:  # with time enough it is what the whole recording gives
+        offline = either.predict(holed)
+        places = np.searchsorted(offline.times, holed.times - 0.002)
+        _, codes, _ = streamed(either, holed, 3.0, [50])
+        assert np.mean(codes == offline.filtered[places]) > 0.99
 
 
 def test_after_days_unplugged_it_goes_on(either, three):

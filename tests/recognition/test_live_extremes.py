@@ -81,6 +81,17 @@ def test_labels_are_those_stated_whatever_comes(trained, channels, kind, latency
     assert np.array_equal(codes, expected.codes)
 
 
+@pytest.mark.parametrize("size", [1e12, 1e29])
+def test_a_glitch_is_a_sample_that_is_missing(trained, channels, size):
+    found = []
+    for value, blocks in ((np.nan, [20]), (size, [7])):
+        values = glitched(len(channels), slice(0, 0))
+        values[400:402, 2] = value
+        online = OnlineRecogniser(trained, 0.2, channels, RATE)
+        found.append(pushed(online, np.arange(N) / RATE, values, blocks)[1])
+    assert np.array_equal(*found)
+
+
 @settings(max_examples=5, deadline=None)
 @example(seed=14, sizes=[61])
 @given(seed=st.integers(0, 999), sizes=st.lists(st.integers(1, 300), min_size=1, max_size=5))

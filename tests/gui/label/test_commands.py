@@ -97,7 +97,12 @@ def test_split_merge_and_erase(document, do):
     assert stored_rows(document) == [(1.0, 1.5, "grab"), (5.5, 6.0, "grab")]
 
 
-def test_a_range_that_only_touches_a_segment_does_not_merge_it(document, do, messages):
+def test_neither_the_last_segment_nor_one_that_the_range_only_touches_is_merged(
+    document, do, messages
+):
+    document.select(2)
+    do("merge")
+    assert "no segment after" in messages[-1][0]
     document.view.set_range(2.0, 4.0)
     do("merge")
     assert messages[-1][1]
