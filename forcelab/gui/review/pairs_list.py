@@ -388,13 +388,14 @@ class PairsList(QAbstractScrollArea):
             if layout.first_proposal is not None:
                 self._paint_heading(painter, layout.tops[layout.first_proposal] - offset)
             ratio, end = self.devicePixelRatioF(), perf_counter() + PAINT_BUDGET
-            late = False
+            painted = late = False
             for row in layout.visible(area.top() + offset, area.bottom() + 1 + offset):
                 picture = self.pictures.known(self.entries[row].id)
-                if picture is None and perf_counter() > end:
+                if picture is None and painted and perf_counter() > end:
                     late = True
                     continue
-                picture = picture or self._painted(row)
+                if picture is None:  # one at least, however long the known ones take
+                    picture, painted = self._painted(row), True
                 top = layout.tops[row] - offset
                 painter.drawPixmap(QPointF(0, round(top * ratio) / ratio), picture)
                 painter.save()
