@@ -617,6 +617,18 @@ def test_all_rows_are_painted_however_long_it_takes_to_draw_those_that_are_known
     until(lambda: all(area.pictures.known(entry.id) is not None for entry in area.entries))
 
 
+def test_as_many_pictures_are_kept_as_there_are_rows_in_view(shown, monkeypatch):
+    area = shown().area
+    monkeypatch.setattr(pairs_list, "PAINT_BUDGET", 60.0)
+    monkeypatch.setattr(pairs_list, "PICTURES_KEPT", 2)  # as on a high screen
+    area.repaint_all()
+    area.viewport().grab()
+    before = area.pictures.painted
+    area.viewport().grab()
+    assert len(area.entries) == 3
+    assert area.pictures.painted == before, "no row is painted again"
+
+
 def test_the_open_demonstration_is_in_view_whoever_opened_it(shown, study):
     view = shown(size=(600, 230))
     area, bar = view.area, view.area.verticalScrollBar()
