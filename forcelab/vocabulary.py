@@ -49,12 +49,29 @@ MOST_ACTIONS = 1000
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """One action: its name, its look and its key."""
+    """One action: its name, its look and its key.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``"grab"``; not blank.
+    colour : str
+        ``"#rrggbb"``; stored in lower case.
+    key : str
+        One of :data:`KEYS`, or empty where no key was left.
+    texture : int
+        0 is plain; 1, 2, ... tell actions of the same colour apart.
+
+    Raises
+    ------
+    InputError
+        If the name is blank, or colour, key or texture is none.
+    """
 
     name: str
-    colour: str  # "#rrggbb"; stored in lower case
-    key: str  # one of :data:`KEYS`, or empty where no key was left
-    texture: int = 0  # 0 is plain; 1, 2, ... tell actions of the same colour apart
+    colour: str
+    key: str
+    texture: int = 0
 
     def __post_init__(self) -> None:
         if not self.name.strip():

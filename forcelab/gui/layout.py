@@ -317,9 +317,11 @@ def push_button(
 ) -> QPushButton:
     """A button and what a press calls or emits; `name` is for screen readers if the text says less.
 
-    Unless `auto_default`, Enter presses it only while it has the keyboard.
+    With `auto_default` Enter presses it in a dialog, as Qt has it, and in the window never.
     """
-    button = QPushButton(text, autoDefault=auto_default)
+    button = QPushButton(text)
+    if not auto_default:
+        button.setAutoDefault(False)
     button.setAccessibleName(name)
     button.setToolTip(tip)
     button.clicked.connect(press)

@@ -60,14 +60,23 @@ class AssignmentEvent:
 
 @dataclass(frozen=True, slots=True)
 class Note:
-    """What a coder hands on about a demonstration, kept for ever."""
+    """What a coder hands on about a demonstration, kept for ever.
 
-    demonstration: str  # its id
-    author: str  # the coder
-    #: One line or several: blanks at their ends go. "" says that what the coder wrote before counts
-    #: no more.
+    Parameters
+    ----------
+    demonstration, author : str
+        Its id, and the coder.
+    text : str
+        One line or several: blanks at their ends go. ``""`` says that what the coder wrote before
+        counts no more.
+    time : datetime
+        When, with its zone.
+    """
+
+    demonstration: str
+    author: str
     text: str
-    time: datetime  # when, with its zone
+    time: datetime
 
     def __post_init__(self) -> None:
         lines = (" ".join(line.split()) for line in self.text.splitlines())

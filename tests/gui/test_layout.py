@@ -5,13 +5,15 @@ from types import SimpleNamespace
 
 import pytest
 from PySide6.QtCore import QRect, QSize, Qt
-from PySide6.QtWidgets import QLabel, QWidget
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QDialog, QLabel, QVBoxLayout, QWidget
 
 from forcelab.gui.layout import (
     FRAME,
     copyable,
     muted_label,
     placeholder,
+    push_button,
     resize_on_screen,
     toned_label,
 )
@@ -48,3 +50,16 @@ def test_a_name_that_looks_like_markup_is_shown_as_it_is(app, make):
     label = make(messages)
     label.setWordWrap(False)
     assert label.sizeHint().width() >= room
+
+
+@pytest.mark.parametrize(("room", "pressed"), [(QWidget, False), (QDialog, True)])
+def test_enter_presses_a_button_in_dialogs_alone(app, room, pressed):
+    window, presses = room(), []
+    button = push_button("Record", lambda: presses.append(True))
+    QVBoxLayout(window).addWidget(button)
+    window.show()
+    button.setFocus()
+    QTest.keyClick(button, Qt.Key.Key_Return)
+    assert bool(presses) is pressed
+    window.close()
+    window.deleteLater()

@@ -262,7 +262,7 @@ def _distance(box: QRectF, x: float) -> float:
     return min(abs(box.left() - x), abs(box.right() - x))
 
 
-#: How many rows' pictures are kept: some screens of them.
+#: How many rows' pictures are kept: some screens of them; more where more are in view.
 PICTURES_KEPT = 48
 #: How much of the accent the ground of the open demonstration has.
 OPEN_TINT = 0.13
@@ -287,10 +287,10 @@ class RowPictures:
             self._pictures.move_to_end(id_)
         return self._pictures.get(id_)
 
-    def put(self, id_: str, picture: QPixmap) -> None:
+    def put(self, id_: str, picture: QPixmap, in_view: int) -> None:
         self._pictures[id_] = picture
         self.painted += 1
-        while len(self._pictures) > PICTURES_KEPT:
+        while len(self._pictures) > max(PICTURES_KEPT, in_view):
             self._pictures.popitem(last=False)
 
 
@@ -388,13 +388,14 @@ class PairsList(QAbstractScrollArea):
             if layout.first_proposal is not None:
                 self._paint_heading(painter, layout.tops[layout.first_proposal] - offset)
             ratio, end = self.devicePixelRatioF(), perf_counter() + PAINT_BUDGET
-            late = False
+            painted = late = False
             for row in layout.visible(area.top() + offset, area.bottom() + 1 + offset):
                 picture = self.pictures.known(self.entries[row].id)
-                if picture is None and perf_counter() > end:
+                if picture is None and painted and perf_counter() > end:
                     late = True
                     continue
-                picture = picture or self._painted(row)
+                if picture is None:  # one at least, however long the known ones take
+                    picture, painted = self._painted(row), True
                 top = layout.tops[row] - offset
                 painter.drawPixmap(QPointF(0, round(top * ratio) / ratio), picture)
                 painter.save()
@@ -412,7 +413,9 @@ class PairsList(QAbstractScrollArea):
         picture.setDevicePixelRatio(ratio)
         with QPainter(picture) as painter:
             self._paint_row(painter, row)
-        self.pictures.put(self.entries[row].id, picture)
+        top, page = self.verticalScrollBar().value(), self.viewport().height()
+        in_view = self.arrangement.visible(top, top + page)
+        self.pictures.put(self.entries[row].id, picture, len(in_view))
         return picture
 
     def _paint_row(self, painter: QPainter, row: int) -> None:
