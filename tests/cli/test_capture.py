@@ -77,7 +77,7 @@ def test_a_recording_of_a_second_is_in_a_new_project(forcelab, daq, tmp_path):
     assert len(d.times) > 750
     again = forcelab(
         "capture", project, "--device", f"optoforce:{daq.port}", "--task", "LEGO",
-        "--seconds", "0.2",
+        "--seconds", "0.6",
     )  # fmt: skip
     assert "'LEGO 02': 0." in again.out
     assert "0 lost" in again.out
@@ -100,7 +100,7 @@ def test_killed_it_loses_at_most_a_second_and_is_recovered(forcelab, daq, tmp_pa
     assert (np.diff(ticks) == 1).all()
     assert killed - blocks[-1].arrived[-1] < 1.0
     # The next start says so, and records under the next name.
-    result = forcelab("capture", project, "--device", device, "--task", "LEGO", "--seconds", "0.3")
+    result = forcelab("capture", project, "--device", device, "--task", "LEGO", "--seconds", "0.6")
     assert "1 unfinished recording" in result.err
     assert "'LEGO 02'" in result.out
     result = forcelab("capture", project, "--recover", "--json")
@@ -239,7 +239,7 @@ def test_a_recording_that_is_not_told_of_is_a_wrong_command_line(
 
 
 def test_raw_counts_are_warned_of_before_they_are_recorded(forcelab, daq, tmp_path):
-    words = ("--task", "LEGO", "--seconds", "0.3")
+    words = ("--task", "LEGO", "--seconds", "0.6")
     port = f"optoforce:{daq.port}"
     result = forcelab("capture", tmp_path / "lab.forcelab", "--device", port, *words)
     assert result.status == 0

@@ -142,7 +142,7 @@ def test_sensors_too_slow_for_the_recogniser_are_told_of(forcelab, three, file, 
     project = tmp_path / "lab.forcelab"
     with tongs(three[2][0]) as devices:
         slow = [word + "&rate=50" * word.startswith("optoforce") for word in devices]
-        words = ["--task", "foam", "--seconds", "0.3", "--recogniser", file]
+        words = ["--task", "foam", "--seconds", "1.5", "--recogniser", file]
         result = forcelab("capture", project, *slow, *words)
     assert result.status == 0, result.err
     assert re.search(r"come at 50 Hz, and .* learnt at 1000 Hz: \d of its \d scales", result.err)
@@ -186,7 +186,7 @@ def test_a_recogniser_that_fails_costs_its_track_and_not_the_recording(
 
     monkeypatch.setattr(LiveRecognition, step, fail)
     project = tmp_path / "lab.forcelab"
-    words = ["--task", "foam", "--seconds", "0.3", "--json", "--recogniser", file]
+    words = ["--task", "foam", "--seconds", "0.6", "--json", "--recogniser", file]
     with tongs(three[2][0]) as devices:
         result = forcelab("capture", project, *devices, *words)
     assert result.status == 1
