@@ -21,6 +21,7 @@ from PySide6.QtGui import QImage, QMouseEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog
 
+from forcelab.errors import InputError
 from forcelab.gui.document import Document
 from forcelab.labels import Segment
 from forcelab.project import Project, RunSummary
@@ -233,6 +234,8 @@ class FakeTrainingBackend:
     def load(self, _path, number):
         self.loaded.append(number)
         yield None
+        if number not in self.outcomes:
+            raise InputError(f"There is no run {number} any more.")
         return self.outcomes[number]
 
     def list_runs(self, _path):

@@ -1,6 +1,7 @@
 """What tests of the window need: one application, own settings, and nothing left behind."""
 
 import gc
+import sys
 import threading
 import time
 
@@ -174,6 +175,16 @@ def window_of_file(windows_of_file, until):
         if not window.isVisible():
             windows_of_file.remove(window)
             window.setProperty("of file", False)
+
+
+@pytest.fixture(autouse=True)
+def no_slot_raises(monkeypatch):
+    """Qt goes on after an error in a slot, and the test would with it."""
+    errors = []
+    monkeypatch.setattr(sys, "excepthook", lambda _, error, __: errors.append(error))
+    yield
+    if errors:
+        raise errors[0]
 
 
 @pytest.fixture(autouse=True)

@@ -429,7 +429,7 @@ class PairsView(QWidget):
     def _current_vocabulary(self) -> Vocabulary:
         document, run = self.document, self.document.review.run
         if run is None or document.project is None:
-            return Vocabulary()
+            return self._vocabulary  # pairs that are shown still keep their looks until they go
         vocabulary = action_styles(document.project, run).with_actions(*self._actions())
         task = "" if document.demonstration is None else document.demonstration.task
         return with_keys(vocabulary, document.vocabulary, task=task, apart=run.apart)

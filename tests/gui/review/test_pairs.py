@@ -163,6 +163,13 @@ def test_each_time_has_the_colour_of_its_action_and_unlabelled_time_is_light(sho
             assert colour(view, row, time, part).min() > 190
 
 
+def test_the_pairs_go_with_their_project_without_an_error(shown):
+    view = shown()
+    assert view.area.entries
+    view.document.open_project(view.document.project.path)
+    assert not view.area.entries
+
+
 def test_a_prediction_is_lighter_where_it_is_less_probable(shown):
     view = shown()
     assert np.abs(colour(view, 0, 1.5, "predicted") - rgb(VOCABULARY["grab"].colour)).max() <= 3
