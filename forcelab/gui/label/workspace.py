@@ -282,7 +282,7 @@ class LabelWorkspace(DockedWindow):
         wide_before = event.oldSize().width() >= LARGE
         super().resizeEvent(event)
         if wide_before != (self.width() >= LARGE) and self._widths == self._standard_widths:
-            self._distribute_room()
+            self._size_docks()
         if self._list_heights is not None:
             self._share_height(0.0)
 
@@ -325,7 +325,12 @@ class LabelWorkspace(DockedWindow):
         segments.raise_()
 
     def _distribute_room(self) -> None:
-        """Give the lists a quarter of the width, the video a picture's shape, tracks their rows.
+        """Give lists and video their first shares of the room, and tracks their rows."""
+        self._size_docks()
+        self._timeline.distribute_room()
+
+    def _size_docks(self) -> None:
+        """Give the lists a quarter of the width, and the video a picture's shape.
 
         On a large screen a video gets more than that: it is what the coder looks at most.
         """
@@ -339,7 +344,6 @@ class LabelWorkspace(DockedWindow):
         rest = max(self.height() - width * 3 // 4, 2)
         heights = [width * 3 // 4, rest // 2, rest // 2]
         self.resizeDocks([video, actions, segments], heights, Qt.Orientation.Vertical)
-        self._timeline.distribute_room()
         self._list_heights = None  # which they have now
         self._fit_lists()
 

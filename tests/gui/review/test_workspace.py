@@ -277,10 +277,15 @@ def test_in_a_low_window_lists_have_more_room_than_the_video_until_it_is_dragged
 def test_a_video_is_large_once_the_window_fills_a_large_screen(study, open_window, until):
     """At first it had the room of a small window; a width that was dragged stays."""
     window = open_window(study, demonstration="foam 01")
-    video = window.label._docks["video"]
+    video, panels = window.label._docks["video"], window.label._splitter
+    window.resize(1200, 1000)
+    until(lambda: video.width() < 300)
+    tracks, forces, scalogram = panels.sizes()
+    panels.setSizes([tracks, scalogram, forces])  # as somebody drags them
     window.resize(1900, 1000)
     until(lambda: video.width() > 600)
-    window.resize(1200, 700)
+    assert panels.sizes()[2] > panels.sizes()[1] + 50
+    window.resize(1200, 1000)
     until(lambda: video.width() < 300)
     border = video.geometry().topLeft() + QPoint(-3, 200)
     QTest.mousePress(window.label, Qt.MouseButton.LeftButton, pos=border)
