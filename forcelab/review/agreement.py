@@ -38,7 +38,7 @@ from forcelab.project import Project
 from forcelab.recognition.intervals import FEWEST, draw_resamples, percentile_interval
 from forcelab.recognition.metrics import OVERLAPS, Overlay, f1, gather_runs, match_segments
 from forcelab.review.differences import Difference, difference_kind, track_pieces
-from forcelab.runs import Runs
+from forcelab.sample_runs import Runs
 from forcelab.segment_edits import SLIVER
 
 
