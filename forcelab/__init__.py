@@ -66,7 +66,7 @@ if TYPE_CHECKING:
     from forcelab.recognition.storage import save_recogniser as save_recogniser
     from forcelab.recognition.training import train as train
     from forcelab.review.agreement import agreement_job as agreement_job
-    from forcelab.review.agreement import coded_demonstrations as coded_demonstrations
+    from forcelab.review.coder_tracks import coded_demonstrations as coded_demonstrations
     from forcelab.review.explanation import explain_at_job as explain_at_job
     from forcelab.review.queue import review_queue as review_queue
     from forcelab.review.run_comparison import compare_runs as compare_runs
@@ -115,7 +115,8 @@ _NAMES = {
     "recognition.settings": ("Settings",),
     "recognition.storage": ("load_recogniser", "save_recogniser"),
     "recognition.training": ("train",),
-    "review.agreement": ("agreement_job", "coded_demonstrations"),
+    "review.agreement": ("agreement_job",),
+    "review.coder_tracks": ("coded_demonstrations",),
     "review.explanation": ("explain_at_job",),
     "review.queue": ("review_queue",),
     "review.run_comparison": ("compare_runs",),

@@ -22,8 +22,8 @@ from forcelab.demonstration import GAP_PERIODS, Channel
 from forcelab.labels import UNLABELLED, Segment, model_author
 from forcelab.live.label_outlet import LabelOutlet
 from forcelab.project import Project
-from forcelab.recognition.live import EarlyScale, LiveLabels, OnlineRecogniser
 from forcelab.recognition.live_model import needs_live_model
+from forcelab.recognition.online import EarlyScale, LiveLabels, OnlineRecogniser
 from forcelab.recognition.probabilities import RATE, ProbabilityTrace
 from forcelab.recognition.recogniser import Recogniser
 

@@ -33,8 +33,8 @@ from forcelab.recognition.examples import (
 from forcelab.recognition.groups import fold_groups
 from forcelab.recognition.hsmm import bridged_runs, bridged_steps
 from forcelab.recognition.label_noise import DroppedSegment, dropped_remarks
-from forcelab.recognition.live import LiveLabels, check_latency, recognise_with_latency
 from forcelab.recognition.metrics import pool
+from forcelab.recognition.online import LiveLabels, check_latency, recognise_with_latency
 from forcelab.recognition.probabilities import Reliability
 from forcelab.recognition.recogniser import Prediction, Recogniser
 from forcelab.recognition.results import Evaluation, HeldOutPrediction, empty_prediction_remarks

@@ -40,7 +40,7 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
 from forcelab.recognition.task_grammar import TaskGrammar
-from forcelab.runs import marked_runs
+from forcelab.sample_runs import marked_runs
 
 Real = NDArray[np.float64]
 Codes = NDArray[np.int64]

@@ -5,17 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from forcelab.capture.assemble import (
-    AUTOREPEAT_SECONDS,
-    DeviceStream,
-    LiveMarks,
-    align,
-    assemble,
-    away_remarks,
-    loss_remark,
-)
+from forcelab.capture.align import DeviceStream, align
+from forcelab.capture.assemble import assemble, away_remarks, loss_remark
 from forcelab.capture.device import Block
 from forcelab.capture.journal import RecordKind, encode_block, encode_header, encode_record
+from forcelab.capture.live_marks import AUTOREPEAT_SECONDS, LiveMarks
 from forcelab.errors import InputError
 from tests.capture.helpers import journal_of
 

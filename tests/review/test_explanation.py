@@ -37,21 +37,18 @@ from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.results import DemonstrationResult
 from forcelab.recognition.settings import Settings
-from forcelab.review import explanation
 from forcelab.review.differences import action_over, interval_at, interval_of
-from forcelab.review.explanation import (
+from forcelab.review.explanation import attribute_bands, explain
+from forcelab.review.held_out import track_after_edit, train_held_out
+from forcelab.review.run_result import load_run
+from forcelab.review.similar_segments import (
     SegmentFeatures,
-    attribute_bands,
-    explain,
     force_preview,
     nearest_segments,
     preview_job,
     summarise,
     summarise_segments,
-    track_after_edit,
-    train_held_out,
 )
-from forcelab.review.run_result import load_run
 from forcelab.review.training import review_job
 
 #: Epochs of an MLP's fit: what it has learnt by then is enough to be explained.
@@ -313,8 +310,8 @@ def test_segments_that_were_not_trained_on_are_not_shown_as_if(bayes, monkeypatc
         fits.append([example.segments for example in examples])
         return training.fit_cleaned(examples, *others)
 
-    monkeypatch.setattr(explanation, "clean_examples", trimmed)
-    monkeypatch.setattr(explanation, "fit_cleaned", watched)
+    monkeypatch.setattr("forcelab.review.held_out.clean_examples", trimmed)
+    monkeypatch.setattr("forcelab.review.held_out.fit_cleaned", watched)
     after = finish(train_held_out(path, run, id_))
     homes = {place.demonstration for place in before.training.places}
     assert len(after.training.places) == len(before.training.places) - len(homes)

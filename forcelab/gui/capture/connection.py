@@ -14,7 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from forcelab.capture.assemble import channels_of_all
+from forcelab.capture.align import channels_of_all
 from forcelab.capture.save import CAPTURES, discard, recover
 from forcelab.errors import InputError
 from forcelab.text import counted

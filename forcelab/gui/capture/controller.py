@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
-from forcelab.capture.assemble import LiveMarks
 from forcelab.capture.discovery import LIST_HINT
+from forcelab.capture.live_marks import LiveMarks
 from forcelab.capture.save import next_name, unfinished_journals
 from forcelab.errors import ForcelabError
 from forcelab.gui.capture.connection import (

@@ -25,13 +25,9 @@ from forcelab.gui.widgets import OverflowTabs
 from forcelab.jobs import Progress
 from forcelab.labels import is_model
 from forcelab.project import Project
-from forcelab.review.agreement import (
-    Agreement,
-    PairAgreement,
-    agreement_job,
-    coded_demonstrations,
-    landis_koch,
-)
+from forcelab.review.agreement import Agreement, PairAgreement, agreement_job
+from forcelab.review.coder_tracks import coded_demonstrations
+from forcelab.review.kappa import landis_koch
 
 #: Coders are compared again when nothing was painted for so many ms.
 COMPARE_DELAY = 400

@@ -33,7 +33,9 @@ from forcelab.gui.review.trainer import task_text
 from forcelab.gui.theme import colours
 from forcelab.gui.widgets import ARROW_STEPS, combo_box, is_plain
 from forcelab.labels import Interval
-from forcelab.review.agreement import WINDOW, Agreement, Consistency, PairAgreement, landis_koch
+from forcelab.review.agreement import WINDOW, Agreement, PairAgreement
+from forcelab.review.consistency import Consistency
+from forcelab.review.kappa import landis_koch
 from forcelab.text import counted
 from forcelab.vocabulary import Vocabulary
 

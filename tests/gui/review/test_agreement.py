@@ -21,7 +21,8 @@ from forcelab.gui.review.agreement import AgreementView
 from forcelab.gui.review.agreement_details import ConsistencyView, histogram_bins
 from forcelab.labels import Segment, Track
 from forcelab.project import NewDemonstration, Project
-from forcelab.review.agreement import Agreement, Consistency, Durations
+from forcelab.review.agreement import Agreement
+from forcelab.review.consistency import Consistency, Durations
 
 
 def track(*rows):
