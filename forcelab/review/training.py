@@ -20,8 +20,8 @@ from forcelab.process import interruptible
 from forcelab.project import DemonstrationInfo, LabelsUsed, Project, Provenance
 from forcelab.recognition.dataset import DataSelection, Dataset
 from forcelab.recognition.ensemble import FitProgress
-from forcelab.recognition.experiments import evaluate_joined, provenance
 from forcelab.recognition.groups import fold_groups
+from forcelab.recognition.project_runs import evaluate_joined, provenance
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.remarks import (
     accepted_remarks,

@@ -1,4 +1,4 @@
-"""Evaluating and training on a project, which keeps the results."""
+"""Runs of a project: tasks evaluated and recognisers trained, which it keeps."""
 
 from __future__ import annotations
 
