@@ -51,14 +51,14 @@ if TYPE_CHECKING:
     from forcelab.recognition.examples import Examples as Examples
     from forcelab.recognition.examples import LabelledDemonstration as LabelledDemonstration
     from forcelab.recognition.examples import prepare_examples as prepare_examples
-    from forcelab.recognition.experiments import evaluate_tasks_job as evaluate_tasks_job
-    from forcelab.recognition.experiments import train_tasks_job as train_tasks_job
     from forcelab.recognition.features import wavelet_features as wavelet_features
     from forcelab.recognition.metrics import Scores as Scores
     from forcelab.recognition.metrics import score_tracks as score_tracks
     from forcelab.recognition.plugins import register_classifier as register_classifier
     from forcelab.recognition.plugins import register_features as register_features
     from forcelab.recognition.presets import preset as preset
+    from forcelab.recognition.project_runs import evaluate_tasks_job as evaluate_tasks_job
+    from forcelab.recognition.project_runs import train_tasks_job as train_tasks_job
     from forcelab.recognition.recogniser import Recogniser as Recogniser
     from forcelab.recognition.results import Evaluation as Evaluation
     from forcelab.recognition.settings import Settings as Settings
@@ -105,7 +105,7 @@ _NAMES = {
     "recognition.dataset": ("DataSelection", "load_dataset"),
     "recognition.estimators": ("ForceActionClassifier", "ForceFeatures"),
     "recognition.examples": ("Examples", "LabelledDemonstration", "prepare_examples"),
-    "recognition.experiments": ("evaluate_tasks_job", "train_tasks_job"),
+    "recognition.project_runs": ("evaluate_tasks_job", "train_tasks_job"),
     "recognition.features": ("wavelet_features",),
     "recognition.metrics": ("Scores", "score_tracks"),
     "recognition.plugins": ("register_classifier", "register_features"),

@@ -15,8 +15,8 @@ from forcelab.formats.samples import Prediction, SampleTable
 from forcelab.jobs import finish
 from forcelab.labels import Segment, Track
 from forcelab.project import Project
-from forcelab.recognition.experiments import evaluate_tasks_job
 from forcelab.recognition.probabilities import ProbabilityTrace
+from forcelab.recognition.project_runs import evaluate_tasks_job
 from forcelab.review.run_result import latest_predictions, latest_run
 
 TIMES = np.arange(400) / 100 * (1 + np.arange(400) / 1e5)

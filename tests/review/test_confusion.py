@@ -10,9 +10,9 @@ from forcelab.jobs import finish
 from forcelab.labels import Segment, Track, from_codes
 from forcelab.project import NewDemonstration, Project
 from forcelab.recognition.dataset import DataSelection
-from forcelab.recognition.experiments import evaluate_tasks_job
 from forcelab.recognition.metrics import count
 from forcelab.recognition.probabilities import ProbabilityTrace
+from forcelab.recognition.project_runs import evaluate_tasks_job
 from forcelab.recognition.results import DemonstrationResult
 from forcelab.recognition.settings import Settings
 from forcelab.review.confusion import count_confusion, normalise

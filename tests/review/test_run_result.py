@@ -13,8 +13,8 @@ from forcelab.errors import InputError
 from forcelab.formats.archive import read_archive, write_archive
 from forcelab.jobs import finish
 from forcelab.project import Project, Provenance
-from forcelab.recognition.experiments import evaluate_tasks_job
 from forcelab.recognition.probabilities import ProbabilityTrace
+from forcelab.recognition.project_runs import evaluate_tasks_job
 from forcelab.review.run_result import edits_since, latest_run, load_run
 from forcelab.review.training import review_job
 

@@ -27,7 +27,6 @@ for example:
 from __future__ import annotations
 
 import argparse
-import logging
 import math
 import sys
 import time
@@ -65,7 +64,13 @@ from forcelab.cli.output import (
 from forcelab.cli.project_hints import hint_at_new_names
 from forcelab.errors import InputError
 from forcelab.live.label_outlet import LabelOutlet
-from forcelab.live.recognition import LATENCY, ClosedSegment, LiveRecognition
+from forcelab.live.recognition import (
+    LATENCY,
+    ClosedSegment,
+    LiveRecognition,
+    lost_track_sentence,
+    track_summary,
+)
 from forcelab.project import Project
 from forcelab.recognition.storage import load_recogniser
 from forcelab.text import counted
@@ -151,7 +156,6 @@ def _access_text(usable: bool) -> str:
     return "" if usable else "not yours to open"
 
 
-log = logging.getLogger("forcelab")
 ResultT = TypeVar("ResultT")
 
 
@@ -191,14 +195,8 @@ class LiveTrackRecorder:
             return None
         try:
             return do()
-        except InputError as error:
-            self.trouble = str(error)
-        except Exception as error:  # logged, and told when the recording is kept
-            log.error("A live track is lost.", exc_info=error)
-            fault = f"{type(error).__name__}: {error}"
-            self.trouble = (
-                f"The recogniser failed ({fault}): the recording is kept without its track."
-            )
+        except Exception as error:  # noqa: BLE001 - logged, and told when the recording is kept
+            self.trouble = lost_track_sentence(error)
         return None
 
     def _print(self, segments: Sequence[ClosedSegment]) -> None:
@@ -223,11 +221,7 @@ def recognition_summary(figures: dict[str, Any]) -> str:
         if after["median"] is None
         else f"labels {after['median']:.2f} s after the force (99 %: {after['p99']:.2f} s)"
     )
-    return (
-        f"Recognised by '{figures['author']}': {counted(figures['segments'], 'segment')}, "
-        f"{100 * figures['labelled']:.0f} % labelled, {late}, "
-        f"{100 * figures['cpu']:.1f} % of a core."
-    )
+    return f"{track_summary(figures)}, {late}, {100 * figures['cpu']:.1f} % of a core."
 
 
 #: Seconds between two looks at how it goes, and at what a recogniser makes of it.

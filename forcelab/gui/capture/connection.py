@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING
 from forcelab.capture.align import channels_of_all
 from forcelab.capture.save import CAPTURES, discard, recover
 from forcelab.errors import InputError
-from forcelab.text import counted
 
 if TYPE_CHECKING:
     from forcelab.capture.device import Device
@@ -88,7 +87,10 @@ class LiveTrack:
 
     def fail(self, error: Exception) -> None:
         """Recognise no more until all begins anew; a recording that runs says why."""
-        self._problem = _error_message(error)
+        # Whatever has failed has loaded it.
+        from forcelab.live.recognition import lost_track_sentence
+
+        self._problem = lost_track_sentence(error)
 
     def take_fresh(self) -> LiveRecognition | None:
         """Another one that knows nothing yet: the spare one where there is one."""
@@ -137,24 +139,13 @@ class LiveTrack:
             return replace(recording, remarks=(*recording.remarks, self._problem))
         if self._live is None:
             return recording
+        from forcelab.live.recognition import lost_track_sentence, track_summary  # as above
+
         try:
-            figures = self._live.keep(path, recording)
+            remark = f"{track_summary(self._live.keep(path, recording))}."
         except Exception as error:  # noqa: BLE001 - as above
-            return replace(recording, remarks=(*recording.remarks, _error_message(error)))
-        remark = (
-            f"Recognised by '{figures['author']}': {counted(figures['segments'], 'segment')}, "
-            f"{100 * figures['labelled']:.0f} % labelled."
-        )
+            remark = lost_track_sentence(error)
         return replace(recording, remarks=(*recording.remarks, remark))
-
-
-def _error_message(error: Exception) -> str:
-    """What went wrong with a track; a fault of the program is in the log besides."""
-    if isinstance(error, InputError):
-        return str(error)
-    log.error("A live track is lost.", exc_info=error)
-    fault = f"{type(error).__name__}: {error}"
-    return f"The recogniser failed ({fault}): the recording is kept without its track."
 
 
 def _are_alike(first: LiveRecognition, second: LiveRecognition) -> bool:
