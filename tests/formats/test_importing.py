@@ -96,6 +96,22 @@ def test_a_file_that_is_read_with_other_columns_is_told_to_be_there_twice(
     assert output == "Another recording of task 'foam' is called 'a'; this one is now 'a (3)'."
 
 
+def test_units_are_given_where_the_file_states_none(tmp_path, project):
+    file = tmp_path / "pull.csv"
+    file.write_text("t,fx,fz [mN]\n" + "".join(f"{n / 50},{n % 7},{n % 5}\n" for n in range(99)))
+    units = ("fx", "N"), ("fz", "N"), ("fy", "N")
+    report = import_files(project, [file], ReadOptions(units=units))
+    with Project.open(project) as opened:
+        (info,) = opened.demonstrations.infos()
+        assert [(channel.name, channel.unit) for channel in info.channels] == [
+            ("fx", "N"),
+            ("fz", "mN"),
+        ]
+    remarks = report.remarks[file]
+    assert "'fz' is in mN, as the file states, not in N." in remarks
+    assert "No channel is called 'fy', so that its unit was not used." in remarks
+
+
 def test_a_labels_file_named_beside_its_recording_is_read_with_it(tmp_path, project):
     recording = table(tmp_path / "a.csv", 1)
     labels = tmp_path / "a.labels.csv"

@@ -14,6 +14,7 @@ from PySide6.QtWidgets import (
     QComboBox,
     QDoubleSpinBox,
     QLabel,
+    QLineEdit,
     QListWidget,
     QMessageBox,
     QPushButton,
@@ -21,6 +22,7 @@ from PySide6.QtWidgets import (
 )
 from window_helpers import named
 
+from forcelab.demonstration import Channel
 from forcelab.formats.export import exporting
 from forcelab.formats.optoforce_packets import KINDS
 from forcelab.gui import import_dialog, settings
@@ -434,6 +436,38 @@ def test_a_counter_can_be_made_a_signal_and_a_signal_be_left_out(document, germa
     import_button(german).click()
     until(lambda: document.id)
     assert {channel.name for channel in document.demonstration.channels} == {"Kraft_x", "Paket"}
+
+
+def units_asked(dialog):
+    """The fields for units, by the columns' names; none while the column is hidden."""
+    table, columns = dialog.columns.table, dialog.columns.uses
+    if table.isColumnHidden(4):
+        return {}
+    cells = {column.name: table.cellWidget(row, 4) for row, column in enumerate(columns)}
+    return {name: cell.findChild(QLineEdit) for name, cell in cells.items() if cell is not None}
+
+
+def test_units_that_a_file_does_not_state_are_entered_and_remembered(
+    document, german, open_on, until, tmp_path
+):
+    assert list(units_asked(german)) == ["Kraft_x", "Taster"]
+    choose(german, "Taster", "left out")
+    until(lambda: list(units_asked(german)) == ["Kraft_x"])
+    QTest.keyClicks(units_asked(german)["Kraft_x"], " mN")
+    import_button(german).click()
+    until(lambda: document.id)
+    assert document.demonstration.channels == (Channel("Kraft_x", "mN"),)
+    again = tmp_path / "VP08.csv"
+    again.write_text(GERMAN.replace("08:", "09:"))
+    dialog = open_on(again)
+    assert units_asked(dialog)["Kraft_x"].text() == "mN"
+    assert "as was chosen for such a file before" in dialog.columns.heading.text()
+
+
+def test_a_file_that_states_all_its_units_is_not_asked_for_them(open_on, tmp_path):
+    path = tmp_path / "pull.csv"
+    path.write_text("time [s],fz [N]\n" + "".join(f"{n / 50},{n % 7}\n" for n in range(99)))
+    assert not units_asked(open_on(path))
 
 
 def test_without_its_times_a_table_goes_by_its_counter_and_rate(document, german, until):
