@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from forcelab.clock import ClockMap
-from forcelab.demonstration import Channel, Demonstration, VideoReference
+from forcelab.demonstration import Channel, Demonstration, VideoReference, median_step
 from forcelab.errors import InputError
 
 TIMES = np.arange(8) / 1000
@@ -169,6 +169,20 @@ def test_the_period_is_the_median_to_the_last_digit(n):
     assert make(times=times, signals=np.zeros((n, len(CHANNELS)))).period == np.median(
         np.diff(times)
     )
+
+
+@pytest.mark.parametrize("step", ["even", "random", "tiny", "any"])
+@pytest.mark.parametrize("n", [9, 10, 300, 301])
+def test_the_median_step_is_the_same_where_there_is_no_room_for_all_steps(step, n, monkeypatch):
+    monkeypatch.setattr("forcelab.demonstration._COPIED", 7)
+    random = np.random.default_rng(n)
+    times = {
+        "even": 1.7e9 + np.arange(n) / 1000,
+        "random": np.cumsum(random.exponential(size=n)),
+        "tiny": np.cumsum(random.integers(1, 4, n) * 1e-300),
+        "any": np.unique(np.cumsum(10.0 ** random.uniform(-20, 20, n))),
+    }[step]
+    assert median_step(times) == np.median(np.diff(times))
 
 
 def test_the_last_sample_lasts_one_period():

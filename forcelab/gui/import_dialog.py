@@ -535,6 +535,11 @@ def _optional_line(name: str, placeholder: str) -> QLineEdit:
     return line
 
 
+def _nothing() -> Generator[None, None, None]:
+    """A job that waits for the one before it."""
+    yield
+
+
 _GOES_ON = "Wait until this is imported."
 
 
@@ -571,10 +576,13 @@ class ImportDialog(FileDrop, QDialog):
         self._waits = False
         self._files.currentTextChanged.connect(self._look_at)
         self._bar = ProgressBar("Progress of the import")
+        self._stop = push_button("Cancel", self._cancel, "Cancel the import")
+        self._show_running(False)
+        running = fill_layout(QHBoxLayout(), (self._bar, 1), self._stop)
         column = fill_layout(
             QVBoxLayout(self), self._heading(), (self._files, 1), (self.columns, 3), self._form()
         )
-        fill_layout(column, self._taskless, self._bar, (self._result(), 3), self._button_row())
+        fill_layout(column, self._taskless, running, (self._result(), 3), self._button_row())
         # Only now: a button that is in no dialog yet cannot be its default.
         self._go.setDefault(True)
         self._warn()
@@ -787,7 +795,7 @@ class ImportDialog(FileDrop, QDialog):
         options, files = self.columns.options(options), self._chosen()
         loose = set(_loose_videos(files))
         set_enabled_with_reason(self._go, _GOES_ON)
-        self._bar.setVisible(True)
+        self._show_running(True)
         self._show_report()
         self._jobs.run(
             importing(path, [file for file in files if file not in loose], options),
@@ -797,11 +805,29 @@ class ImportDialog(FileDrop, QDialog):
             key="import",
         )
 
+    def _show_running(self, running: bool) -> None:
+        self._bar.setVisible(running)
+        self._stop.setVisible(running)
+        self._stop.setEnabled(running)
+
+    def _cancel(self) -> None:
+        """Cancel the import; the dialog and its choices stay."""
+        self._stop.setEnabled(False)
+        # It waits until all that the import had begun is cleaned up.
+        self._jobs.run(_nothing(), self._cancelled, key="import")
+
+    def _cancelled(self, _: None) -> None:
+        self._show_running(False)
+        self._changed()
+        self._document.reread()  # it may have been done already
+        self._show_report(["The import was cancelled."])
+        self._go.setFocus()
+
     def _imported(
         self, path: Path, files: Sequence[str], choice: str, report: ImportReport
     ) -> None:
         """Report the import; files that failed or were added meanwhile stay in the list."""
-        self._bar.setVisible(False)
+        self._show_running(False)
         if report.demonstrations:
             _remember(choice)
         if self._document.project is None and self._open_project is not None:
@@ -834,7 +860,7 @@ class ImportDialog(FileDrop, QDialog):
 
     def _failed(self, error: Exception) -> None:
         """Report why nothing was imported; select the files concerned."""
-        self._bar.setVisible(False)
+        self._show_running(False)
         set_enabled_with_reason(self._go, "")
         unread = set(map(str, error.files)) if isinstance(error, InputError) else set()
         self._select(unread)

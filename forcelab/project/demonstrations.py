@@ -14,7 +14,7 @@ import re
 import shutil
 import sqlite3
 from collections import defaultdict
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
@@ -27,6 +27,7 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.io import sync_folder
+from forcelab.jobs import Progress, finish, job
 from forcelab.labels import Track, is_model
 from forcelab.project import files
 from forcelab.project.actions import ActionStore
@@ -230,6 +231,13 @@ class DemonstrationStore:
             If a video cannot be read, two tracks of a demonstration have one author, or labels lie
             beyond their recording by more than a second and 5 % of it; nothing was added.
         """
+        return finish(self.add_all_job(demonstrations))
+
+    @job
+    def add_all_job(
+        self, demonstrations: Iterable[NewDemonstration]
+    ) -> Generator[Progress, None, tuple[AddResult, ...]]:
+        """As :meth:`add_all`, as a job; cancelled, it adds nothing."""
         incoming = tuple(demonstrations)
         for each in incoming:
             check_length(each.demonstration.name, "name")
@@ -255,9 +263,11 @@ class DemonstrationStore:
                 for number, each in enumerate(incoming)
             ]
             # The slow part, while others may still write.
-            for addition in additions:
+            for done, addition in enumerate(additions):
+                yield Progress(done, len(additions), f"writing {self._db.folder.name}")
                 with files.file_errors(addition.failure + others):
                     addition.stage()
+            yield Progress(len(additions), len(additions), f"writing {self._db.folder.name}")
             with self._db.writing():
                 try:
                     for addition in additions:

@@ -93,14 +93,14 @@ def test_a_long_array_takes_its_own_memory_and_little_beside_it(
     (recording,), peak = peak_memory(lambda: read(path))
     demonstration = recording.demonstration
     needed = demonstration.times.nbytes + demonstration.signals.nbytes
-    assert peak < 1.3 * needed
+    assert peak < 1.2 * needed
     moved = replace(demonstration, name="another")
     assert moved.signals is demonstration.signals
     with pytest.raises(ValueError, match="read-only"):
         demonstration.signals[0] = 0
     monkeypatch.setattr(hdf5, "read_apart", arrays.use_tree)
     _, peak = peak_memory(lambda: read(path))
-    assert peak < 2 * needed  # what is allocated; half of it is not used yet at the worst time
+    assert peak < 1.7 * needed  # what is allocated; half of it is not used yet at the worst time
 
 
 def strings(file):

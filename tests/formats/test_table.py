@@ -12,9 +12,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from forcelab.errors import InputError
-from forcelab.formats import identify
+from forcelab.formats import identify, read
 from forcelab.formats.recording import ReadOptions, Recording
-from forcelab.formats.table import read, sniff
+from forcelab.formats.table import sniff
 from forcelab.formats.table_columns import counter_ticks, is_counter_name
 
 

@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QListWidget,
     QMessageBox,
+    QProgressBar,
     QPushButton,
     QScrollArea,
 )
@@ -24,6 +25,7 @@ from window_helpers import named
 
 from forcelab.demonstration import Channel
 from forcelab.formats.export import exporting
+from forcelab.formats.importing import importing
 from forcelab.formats.optoforce_packets import KINDS
 from forcelab.gui import import_dialog, settings
 from forcelab.gui.document import Document
@@ -119,6 +121,46 @@ def test_a_file_is_looked_at_in_the_background_and_imported_after_it(
     assert document.demonstration.name == "foam-01"
     dialog.close()
     jobs.close()
+
+
+def test_cancel_stops_an_import_half_way_and_the_dialog_stays(
+    document, open_on, until, tmp_path, monkeypatch
+):
+    long_table = tmp_path / "long.csv"
+    long_table.write_text(
+        "time,fx\n" + "".join(f"{n / 1000:.3f},{n % 7}\n" for n in range(300_000))
+    )
+    half, cancelled = threading.Event(), threading.Event()
+
+    def importing_until_cancelled(*given):
+        for progress in importing(*given):
+            yield progress
+            if not half.is_set() and progress.total > 3 and 2 * progress.done > progress.total:
+                half.set()
+                assert cancelled.wait(60)
+
+    monkeypatch.setattr(import_dialog, "importing", importing_until_cancelled)
+    monkeypatch.setattr("forcelab.formats.importing.SLOW", 0.0)
+    dialog = open_on(long_table)
+    bar = named(dialog, QProgressBar, "Progress of the import")
+    cancel = named(dialog, QPushButton, "Cancel the import")
+    assert cancel.isHidden()
+    QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
+    until(lambda: half.is_set() and 2 * bar.value() > bar.maximum())
+    assert cancel.isVisible()
+    assert bar.maximum() == long_table.stat().st_size
+    assert "reading long.csv" in bar.format()
+    QTest.mouseClick(cancel, Qt.MouseButton.LeftButton)
+    cancelled.set()
+    until(lambda: report(dialog) == "The import was cancelled.")
+    assert cancel.isHidden()
+    assert bar.isHidden()
+    assert document.infos == ()
+    assert files(dialog) == [str(long_table)]
+    monkeypatch.setattr(import_dialog, "importing", importing)
+    QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
+    until(lambda: document.id)
+    assert document.demonstration.name == "long"
 
 
 def test_delete_leaves_a_file_out_and_the_first_import_is_opened(document, dialog, until):
