@@ -611,7 +611,8 @@ class ImportDialog(FileDrop, QDialog):
             name = f"{project.path.name} (File > New project… begins another)"
             self.open_project_name.setText(name)
             self.open_project_name.setToolTip(str(project.path))
-        if project is not None or not files:
+            return
+        if not files:
             return
         recordings = Path(files[0]).absolute().parent
         folder = recordings if os.access(recordings, os.W_OK) else settings.documents_folder()
