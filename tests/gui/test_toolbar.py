@@ -187,7 +187,7 @@ def test_one_key_marks_it_as_done_and_opens_the_next_that_is_not(window, answers
     press_done_and_next(window)
     assert name_of(window) == "04"
     assert messages[-1][0] == (
-        "'04' is marked as done; no other demonstration in the list is left."
+        "'04' is marked as done; no other demonstration in the list is left; F5 trains."
     )
     assert done_by_ann(window) == ["01", "02", "03", "04"]
     assert questions == []
