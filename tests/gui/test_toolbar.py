@@ -280,7 +280,10 @@ def test_what_is_assigned_counts_as_done_once_it_is_marked(window, until):
 def test_in_the_list_commands_act_on_its_row(window, monkeypatch):
     view, asked = window.demonstrations.view, []
     monkeypatch.setattr(QInputDialog, "getText", lambda *what: asked.append(what[-1]) or ("", 0))
-    monkeypatch.setattr(QInputDialog, "getItem", lambda *_: ("Ben", True))
+    offered = []
+    monkeypatch.setattr(
+        QInputDialog, "getItem", lambda *what: offered.append(what[3]) or ("Ben", True)
+    )
     QTest.keyClick(window.label.tracks, Qt.Key.Key_F2)
     view.setFocus()
     QTest.keyClick(view, Qt.Key.Key_Down)
@@ -292,3 +295,4 @@ def test_in_the_list_commands_act_on_its_row(window, monkeypatch):
     assigned = window.document.project.coding.assignments("Ben")
     ids = [info.id for info in window.document.infos]
     assert [ids.index(item.demonstration) for item in assigned] == [1, 2]
+    assert offered == [["Ben", "Ann"]]  # mostly to somebody else
