@@ -605,6 +605,7 @@ class ImportDialog(FileDrop, QDialog):
     def _form(self) -> QFormLayout:
         """What the files do not say themselves."""
         document = self._document
+        self.open_project_name = QLabel(wordWrap=True, textFormat=Qt.TextFormat.PlainText)
         self._task = QComboBox(editable=True)
         self._task.setAccessibleName("Task")
         self._task.addItems(document.project.demonstrations.tasks() if document.project else ())
@@ -637,6 +638,7 @@ class ImportDialog(FileDrop, QDialog):
         self._taskless.setSizePolicy(keeping)
         self._layout = form = QFormLayout()
         form.addRow("New project", self._new_project_row())
+        form.addRow("Project", self.open_project_name)
         form.addRow("Episodes of a dataset", self.episodes)
         form.addRow("Task", self._task)
         form.addRow("Coder for unsigned labels", self._author)
@@ -660,8 +662,15 @@ class ImportDialog(FileDrop, QDialog):
 
     def _propose_project(self, files: Sequence[Path]) -> None:
         """Propose a new project beside the recordings, where there is none to import into."""
-        self._layout.setRowVisible(0, self._document.project is None)
-        if self._document.project is not None or not files:
+        project = self._document.project
+        self._layout.setRowVisible(0, project is None)
+        self._layout.setRowVisible(self.open_project_name, project is not None)
+        if project is not None:
+            name = f"{project.path.name} (File > New project… begins another)"
+            self.open_project_name.setText(name)
+            self.open_project_name.setToolTip(str(project.path))
+            return
+        if not files:
             return
         recordings = Path(files[0]).absolute().parent
         folder = recordings if os.access(recordings, os.W_OK) else settings.documents_folder()
@@ -725,8 +734,9 @@ class ImportDialog(FileDrop, QDialog):
     def _choose(self) -> None:
         chosen = ask_files(self, "Recordings", "recordings")
         self.add_files(chosen)
-        if chosen:
-            self._go.setFocus()
+        if chosen:  # what is typed next is the task, unless it is known; Enter imports
+            (self._task if self._taskless.isVisibleTo(self) else self._go).setFocus()
+            self._go.setDefault(True)
 
     def _ask_calibration(self) -> None:
         file = ask_file(self, "Calibration file", "calibration", "Calibration files (*.toml)")

@@ -353,6 +353,28 @@ def test_files_are_looked_for_where_the_last_ones_were_chosen(dialog, tmp_path, 
     assert questions == [tmp_path, FOAM.parent]
 
 
+def test_what_is_typed_after_choosing_files_is_their_task(document, open_on, monkeypatch, until):
+    dialog = open_on()
+    monkeypatch.setattr(import_dialog, "ask_files", lambda *_: [FOAM])
+    (pick,) = [b for b in dialog.findChildren(QPushButton) if b.text() == "Choose files…"]
+    pick.setFocus()
+    pick.click()
+    QTest.keyClicks(dialog.focusWidget(), "foam")
+    QTest.keyClick(dialog.focusWidget(), Qt.Key.Key_Return)
+    until(lambda: document.id)
+    assert document.demonstration.task == "foam"
+    pick.click()  # the task of the next files is asked for again
+    assert dialog.focusWidget() is named(dialog, QComboBox, "Task")
+    dialog.focusWidget().setCurrentText("foam")
+    pick.click()
+    assert dialog.focusWidget() is import_button(dialog)
+
+
+def test_the_dialog_names_the_project_that_is_imported_into(document, dialog):
+    name = f"{document.project.path.name} (File > New project… begins another)"
+    assert any(label.text() == name and label.isVisible() for label in dialog.findChildren(QLabel))
+
+
 def test_labels_are_the_files_own_unless_a_coder_is_chosen(document, dialog, until):
     file_list(dialog).item(1).setSelected(True)
     file_list(dialog).actions()[0].trigger()

@@ -73,6 +73,8 @@ def test_the_same_recording_under_another_name_is_renamed_and_says_so(project, m
     )
     (info,) = project.demonstrations.infos()
     assert (info.name, info.task, info.rate) == ("take 5", "foam", 100.0)
+    (remark,) = project.demonstrations.add(make(1, name="take 5", task="")).remarks
+    assert remark.endswith("as 'take 5' of task 'foam'; it is now 'take 5' of no task.")
 
 
 def test_a_name_that_is_taken_gets_a_number_once(project, make):
