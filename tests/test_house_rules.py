@@ -23,13 +23,7 @@ HOMES = {
     "PySide6": {"gui"},
     "pyqtgraph": {"gui"},
     "serial": {"capture"},
-    "cv2": {
-        "video",
-        "capture/camera.py",
-        "simulation/canvas.py",
-        "simulation/drawn_background.py",
-        "simulation/rendering.py",
-    },
+    "cv2": {"video", "capture/camera.py", "simulation/rendering.py"},
     "sklearn": {"recognition"},
     "skops": {"recognition"},
 }

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from forcelab.clock import fit_clock
 from forcelab.errors import InputError
 from forcelab.labels import Segment
-from forcelab.simulation.projection import drawn_height
-from forcelab.simulation.rendering import SIZE, Camera, Stage, render
+from forcelab.simulation.rendering import SIZE, Camera, Stage, drawn_height, render
 from forcelab.simulation.scene import Motion
 from tests.simulation.staged import SCENES, TAPS, staged
 

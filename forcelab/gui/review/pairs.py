@@ -281,6 +281,8 @@ class PairsView(QWidget):
         self._tracks: dict[str, dict[str, Segments]] = {}
         self._hidden: frozenset[str] = frozenset()
         self._vocabulary = Vocabulary()
+        #: Of the run's actions, as stored; None before they are read.
+        self._stored_styles: Vocabulary | None = None
         self._styles: Mapping[str, LabelStyle] = {}
         self.setAccessibleName("Timeline pairs")
         self.tools = PairsTools()
@@ -350,6 +352,7 @@ class PairsView(QWidget):
     def showEvent(self, event: QShowEvent) -> None:
         """Catch up with what happened while it was hidden."""
         super().showEvent(event)
+        self._stored_styles = None
         if self._stale or blind_demonstrations(self.document) != self._hidden:
             self._build()
         else:
@@ -362,7 +365,7 @@ class PairsView(QWidget):
 
     def _run_changed(self) -> None:
         self._jobs.cancel(TRACKS_JOB)
-        self._tracks = {}
+        self._tracks, self._stored_styles = {}, None
         self._build()
         self._read_all()
 
@@ -430,7 +433,9 @@ class PairsView(QWidget):
         document, run = self.document, self.document.review.run
         if run is None or document.project is None:
             return self._vocabulary  # pairs that are shown still keep their looks until they go
-        vocabulary = action_styles(document.project, run).with_actions(*self._actions())
+        if self._stored_styles is None:
+            self._stored_styles = action_styles(document.project, run)
+        vocabulary = self._stored_styles.with_actions(*self._actions())
         task = "" if document.demonstration is None else document.demonstration.task
         return with_keys(vocabulary, document.vocabulary, task=task, apart=run.apart)
 
@@ -517,6 +522,7 @@ class PairsView(QWidget):
             self.area.replace_entry(new)
 
     def _recolour(self) -> None:
+        self._stored_styles = None
         shown = self.isVisible() and self._entries
         if shown and self._current_vocabulary() != self._vocabulary:
             self._show()

@@ -289,9 +289,9 @@ class Trainer(QObject):
     @property
     def choice(self) -> TrainingChoice:
         """What a recogniser is trained on; without an author, the coder's own labels come first."""
-        if self._choice is not None:
-            return self._choice
-        return training_preferences.recall_choice(self._path or Path(), self.task)
+        if self._choice is None:
+            self._choice = training_preferences.recall_choice(self._path or Path(), self.task)
+        return self._choice
 
     @property
     def preset_used(self) -> tuple[str, bool]:
@@ -676,7 +676,7 @@ class Trainer(QObject):
         project = self.document.project
         self._path = None if project is None else project.path
         if self._path is not None:
-            self.task = next(iter(self.tasks), "")
+            self.task, self._choice = next(iter(self.tasks), ""), None
             self.automatic = training_preferences.recall_automatic(self._path)
             self.list_runs()
         self.changed.emit()

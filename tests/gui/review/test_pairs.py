@@ -14,7 +14,7 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui import settings, theme
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.review import pairs_list
+from forcelab.gui.review import pairs, pairs_list
 from forcelab.gui.review.pairs import TRACKS_JOB, PairsView
 from forcelab.gui.review.pairs_list import hit_tooltip
 from forcelab.gui.review.reviewed_run import with_keys
@@ -347,6 +347,20 @@ def test_rows_are_ordered_and_filtered(shown, study):
     assert set(names()) == {"d 1", "d 10"}
     view.tools.search.setText("nothing like it")
     assert "filter" in view.pages.note.text()
+
+
+def test_a_search_reads_nothing_from_the_store_and_a_new_colour_is_read(shown, study, monkeypatch):
+    study.open_demonstration(study.infos[0].id)
+    view, read, read_styles = shown(), [], pairs.action_styles
+    monkeypatch.setattr(pairs, "action_styles", lambda *of: read.append(of[1]) or read_styles(*of))
+    for letters in ("d", "d 1", "d"):
+        view.tools.search.setText(letters)
+    assert not read
+    grab = replace(study.vocabulary["grab"], colour="#123456")
+    others = (action for action in study.vocabulary if action.name != "grab")
+    assert study.set_vocabulary(Vocabulary((grab, *others)))
+    assert read
+    assert view.figure().vocabulary["grab"].colour == "#123456"
 
 
 def test_an_order_that_is_chosen_is_read_from_its_top(shown, study):
