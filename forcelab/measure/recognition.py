@@ -130,7 +130,7 @@ def sharing_fit(variants: Sequence[Variant]) -> list[list[Variant]]:
 
 
 def _other_values(settings: Settings, without: frozenset[str]) -> tuple[str, ...]:
-    """All other values, as something to compare by."""
+    """The values of all other settings, to compare by."""
     return tuple(repr(value) for name, value in vars(settings).items() if name not in without)
 
 
@@ -170,12 +170,12 @@ class Prepared:
 
     @property
     def minutes(self) -> list[float]:
-        """Of signal, of each demonstration."""
+        """Minutes of signal of each demonstration."""
         return [item.demonstration.duration / 60 for item in self.labelled]
 
 
 def require_labelled(labelled: Sequence[LabelledDemonstration]) -> list[LabelledDemonstration]:
-    """Those that have a segment; `InputError` if they are fewer than two."""
+    """The demonstrations with a segment; `InputError` if they are fewer than two."""
     used = [item for item in labelled if item.segments]
     if len(used) < 2:
         raise InputError(
@@ -523,7 +523,7 @@ class Measured:
     rows: tuple[Row, ...]
 
     def place_of(self, settings: Settings) -> int | None:
-        """Which row is of these settings; None where they were not measured."""
+        """The number of the row of some settings; None where they were not measured."""
         matches = (i for i, v in enumerate(self.variants) if same_method(v.settings, settings))
         return next(matches, None)
 
