@@ -46,7 +46,7 @@ class DeviceLog:
     _since: float | None = None
 
     def event(self, record: object, at: float) -> None:
-        """It was unplugged or plugged in again, or the recording ended meanwhile."""
+        """Note that it was unplugged or plugged in again, or that the recording ended."""
         if record == UNPLUGGED and self._since is None:
             self._since = at
         elif record == PLUGGED:
@@ -59,7 +59,7 @@ class DeviceLog:
             self._since, self.gone = None, True
 
     def end(self) -> None:
-        """There are no more records."""
+        """Note that there are no more records: what is away stays away."""
         if self._since is not None:
             self.away.append((self._since, np.inf))
             self._since, self.gone = None, True

@@ -137,12 +137,12 @@ class Document(QObject):
 
     @property
     def demonstration(self) -> Demonstration | None:
-        """The one that is open."""
+        """The demonstration that is open."""
         return self.view.demonstration
 
     @property
     def id(self) -> str:
-        """Of the open demonstration; ``""`` without one."""
+        """The id of the open demonstration; ``""`` without one."""
         return self.editor.demonstration
 
     @property

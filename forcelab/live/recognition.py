@@ -336,7 +336,7 @@ class LiveRecognition:
 
     @property
     def begun(self) -> float:
-        """When it, or the recording it follows, began, in s of the host's monotonic clock."""
+        """When it or its recording began, in seconds of the host's monotonic clock."""
         return self._begun
 
     @property

@@ -465,7 +465,7 @@ class DemonstrationStore:
         return self._labelled_since(id_, heads)
 
     def _labelled_since(self, id_: str, heads: Mapping[str, int]) -> str:
-        """Says so if a coder has labelled since the tracks had these heads; empty otherwise."""
+        """That a coder has labelled since the tracks had these heads, in words; empty if not."""
         rows = self._db.all(
             "SELECT track.id, author.name FROM track JOIN author ON author.id = track.author "
             "WHERE demonstration = ? AND kind = 'coder'",

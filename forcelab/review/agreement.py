@@ -421,7 +421,7 @@ def _shifted_intervals(id_: str, boundaries: MatchedBoundaries) -> list[Interval
 
 
 def _longest_first(places: Iterable[Interval]) -> tuple[Interval, ...]:
-    """By duration; equal ones by demonstration and time."""
+    """Sorted by duration, the longest first; equal ones by demonstration and time."""
     return tuple(sorted(places, key=lambda p: (-round(p.duration, 9), p.demonstration, p.start)))
 
 

@@ -14,7 +14,7 @@ up, and bands that carry the same information hide each other.
 from __future__ import annotations
 
 from collections.abc import Collection, Generator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
@@ -216,7 +216,7 @@ class Explanation:
         """Everything but the probabilities outside of the place, as plain values."""
         attribution = self.attribution
         return {
-            "place": _interval_json(self.place),
+            "place": asdict(self.place),
             "favoured": self.favoured,
             "against": self.against,
             "probabilities": self._probabilities(),
@@ -238,7 +238,7 @@ class Explanation:
             "bands": attribution.bands.tolist(),
             "bands_error": attribution.bands_error.tolist(),
             "nearest": {
-                action: [_interval_json(n.place) | {"distance": n.distance} for n in found_here]
+                action: [asdict(n.place) | {"distance": n.distance} for n in found_here]
                 for action, found_here in self.neighbours.items()
             },
             "remarks": list(self.remarks),
@@ -386,14 +386,3 @@ def _own_remarks(settings: Settings) -> tuple[str, ...]:
         return ()
     paths = ", ".join(settings.own_features)
     return (f"The features of {paths} decided as well, but are of no channel and frequency.",)
-
-
-def _interval_json(place: Interval) -> dict[str, Any]:
-    return {
-        "demonstration": place.demonstration,
-        "start": place.start,
-        "end": place.end,
-        "human": place.human,
-        "predicted": place.predicted,
-        "confidence": place.confidence,
-    }

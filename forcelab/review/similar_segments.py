@@ -48,7 +48,7 @@ class SegmentFeatures:
 
     @classmethod
     def joined(cls, parts: Sequence[SegmentFeatures]) -> SegmentFeatures:
-        """Those of several demonstrations together; of at least one."""
+        """The segments of several demonstrations, at least one, together."""
         places = tuple(place for part in parts for place in part.places)
         return cls(places, np.concatenate([part.values for part in parts]))
 

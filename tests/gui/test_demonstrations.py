@@ -15,7 +15,7 @@ from PySide6.QtTest import QAbstractItemModelTester, QTest
 from PySide6.QtWidgets import QInputDialog, QLabel, QPushButton
 
 from forcelab.demonstration import Channel, Demonstration
-from forcelab.gui import demonstration_list, theme
+from forcelab.gui import demonstration_menu, demonstration_painter, theme
 from forcelab.gui.demonstration_list import DemonstrationList, OrderButton
 from forcelab.gui.demonstration_model import (
     DemonstrationModel,
@@ -485,7 +485,9 @@ def test_a_blind_coder_learns_nothing_of_the_others(listing, document, answers, 
     assert not any("bert" in title for title in entries(listing, [row(listing, "pen-2")]))
     drawn = []
     with monkeypatch.context() as patched:
-        patched.setattr(demonstration_list, "draw_line", lambda *words, **_: drawn.append(words[2]))
+        patched.setattr(
+            demonstration_painter, "draw_line", lambda *words, **_: drawn.append(words[2])
+        )
         listing.grab()
     assert drawn[drawn.index("pen-2") :][2] == "others hidden"
     questions = answers("Cancel")
@@ -551,7 +553,7 @@ def test_a_further_video_is_added_and_one_of_several_replaced(
         for name, length in (("pen-10", 3), ("pen-10.left", 4), ("other", 5))
     ]
     names = []
-    monkeypatch.setattr(demonstration_list, "ask_file", lambda *_: films[0])
+    monkeypatch.setattr(demonstration_menu, "ask_file", lambda *_: films[0])
     monkeypatch.setattr(
         QInputDialog, "getItem", lambda *words: names.append(words[3]) or (words[3][0], True)
     )
@@ -580,7 +582,7 @@ def test_a_further_video_is_added_and_one_of_several_replaced(
         label.text() for label in removal_of([row(listing, "pen-10")], "anna").findChildren(QLabel)
     )
     assert "its videos 'video 1', 'left'" in text
-    monkeypatch.setattr(demonstration_list, "ask", lambda *words, **_: words[4][0])
+    monkeypatch.setattr(demonstration_menu, "ask", lambda *words, **_: words[4][0])
     (removing,) = [entry.menu() for text, entry in menu().items() if text == "Remove video"]
     removing.actions()[0].trigger()
     assert list(contents()) == ["left"]

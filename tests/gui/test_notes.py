@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QLabel, QMenu
 from window_helpers import status_messages
 
 from forcelab.gui import theme
-from forcelab.gui.demonstration_list import NoteDialog
+from forcelab.gui.demonstration_menu import NoteDialog
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.removal_dialog import Removal, removal_of
 from forcelab.project import Project

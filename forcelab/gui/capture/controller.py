@@ -113,7 +113,7 @@ class LastRecording(QObject):
         self.changed.emit()
 
     def forget(self) -> None:
-        """There is nothing to discard any more."""
+        """Forget the recording, which cannot be discarded any more."""
         self._timer.stop()
         existed, self.recording, self.path = self.recording is not None, None, None
         if existed:
@@ -188,7 +188,7 @@ class CaptureController(QObject):
 
     @property
     def recording_name(self) -> str:
-        """Of the recording that runs, or is not kept yet; else empty."""
+        """The name of the recording that runs or is not kept yet; else empty."""
         unsaved = self.phase in (CaptureState.RECORDING, CaptureState.UNSAVED)
         return self.recorder.name if unsaved and self.recorder is not None else ""
 

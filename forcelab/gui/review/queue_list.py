@@ -187,7 +187,7 @@ class QueueModel(QAbstractListModel):
         self._heads = tuple(accumulate(rows, initial=0))
 
     def where(self, row: int) -> tuple[int, int]:
-        """Of which section a row is, and which of its items; -1 for its heading."""
+        """The section of a row, and the item in it; -1 for the heading."""
         number = bisect_right(self._heads, row) - 1
         return number, row - self._heads[number] - 1
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -177,7 +176,7 @@ class EditCounter(QObject):
         self.edits = None
 
     def count(self) -> None:
-        self._at = time.monotonic()
+        self._at = monotonic()
         project, edits = self._document.project, None
         if project is not None and self._document.review.run is not None:
             from forcelab.gui.review.reviewed_run import (
@@ -200,7 +199,7 @@ class EditCounter(QObject):
     def _tracks_changed(self) -> None:
         """Count soon; the same track with other segments is an edit."""
         before, self._track = self._track, self._painted()
-        wait = self._at + COUNT_DELAY / 1000 - time.monotonic()
+        wait = self._at + COUNT_DELAY / 1000 - monotonic()
         if wait <= 0:
             self.count()
         elif not self._later.isActive():
