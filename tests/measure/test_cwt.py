@@ -111,6 +111,24 @@ def ssqueezepy(monkeypatch):
     cached_wavelet.cache_clear()
 
 
+@pytest.mark.parametrize("before", [None, "1"])
+def test_ssqueezepy_keeps_its_wavelet_and_runs_on_one_thread_as_its_guide_has_it(
+    ssqueezepy, monkeypatch, before
+):
+    if before is None:
+        monkeypatch.delenv("SSQ_PARALLEL", raising=False)
+    else:
+        monkeypatch.setenv("SSQ_PARALLEL", before)
+    peers = {peer.name: peer for peer in peers_of_tapered()}
+    for name in ("ssqueezepy", "ssqueezepy", "ssqueezepy, wavelet anew"):
+        peers[name].features(np.zeros((2, 8)), np.array([4.0]))
+    first, second, anew = (wavelet for _, wavelet, *_ in ssqueezepy)
+    assert first is second
+    assert first == [anew, "float32"] == [("morlet", {"mu": 5.0}), "float32"]
+    assert {call[3:] for call in ssqueezepy} == {("zero", "0")}
+    assert os.environ.get("SSQ_PARALLEL") == before
+
+
 def test_ssqueezepy_is_asked_for_our_error_in_double_precision_and_with_room_for_its_wavelets(
     ssqueezepy,
 ):
