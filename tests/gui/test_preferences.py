@@ -48,11 +48,14 @@ def window(app, window_of_file, tmp_path):
     path = cached_project(make_foam_project, tmp_path / "study.forcelab", ())
     window = window_of_file(LaunchOptions(project=path), size=(1024, 640))
     activate(window)
+    size = app.font().pointSizeF()
     yield window
     for preference in (REACTION_TIME, SNAPPING):
         preference.reset()
-    theme.use_text_size(app, 100)
-    theme.use_theme(app, "light")
+    if app.font().pointSizeF() != size:
+        theme.use_text_size(app, 100)
+    if theme.colours() is not theme.LIGHT:
+        theme.use_theme(app, "light")
     for dialog in window.findChildren(PreferencesDialog):
         shiboken6.delete(dialog)
 

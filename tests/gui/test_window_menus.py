@@ -8,7 +8,7 @@ from factories import FOAM_ACTIONS, make_foam_project
 from PySide6.QtCore import QPoint, Qt, QTimer
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMenu
-from window_helpers import status_messages
+from window_helpers import painted_once, status_messages
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import VideoReference
@@ -44,11 +44,12 @@ def activate(window):
 
 @pytest.fixture
 def window(shared, until):
-    shared.commands["reset_layout"].trigger()
-    # A menu or a window of another test may have come before it: keys such as Esc are not for one
-    # that is behind.
-    activate(shared)
-    until(lambda: shared.settled)
+    with painted_once(shared):
+        shared.commands["reset_layout"].trigger()
+        # A menu or a window of another test may have come before it: keys such as Esc are not for
+        # one that is behind.
+        activate(shared)
+        until(lambda: shared.settled)
     yield shared
     shared.show_workspace("label")
     document = shared.document
