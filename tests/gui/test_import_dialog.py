@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.io
-from factories import foam_demonstration, numbered_frame
+from factories import cached_project, foam_demonstration, numbered_frame
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
@@ -37,12 +37,14 @@ from tests.formats.optoforce_streams import stream
 FOAM = Path(__file__).parents[2] / "assets" / "foam-01.csv"
 
 
+def empty_project(path):
+    Project.create(path).close()
+
+
 @pytest.fixture
 def document(app, tmp_path):
-    path = tmp_path / "study.forcelab"
-    Project.create(path).close()
     document = Document("Ann")
-    document.open_project(path)
+    document.open_project(cached_project(empty_project, tmp_path / "study.forcelab"))
     yield document
     document.close()
 

@@ -138,6 +138,7 @@ def drag_border(page, dock, by, until):
 def test_lists_take_their_widths_back_once_a_small_window_is_enlarged(app, windows, study, until):
     """A click in it, and another workspace, do not make them narrow for good."""
     window = windows(LaunchOptions(project=study), size=(1440, 900))
+    window.setUpdatesEnabled(False)  # sizes alone are looked at
     window.commands["reset_layout"].trigger()
     wide = [WIDEST, *[window.label._widths[window.label._docks["actions"]]] * 2]
     until(lambda: list_widths(window) == wide)
@@ -157,6 +158,7 @@ def test_lists_take_their_widths_back_once_a_small_window_is_enlarged(app, windo
 def test_lists_keep_the_widths_that_they_were_dragged_to(windows, study, until):
     """Also where the window was closed while it was small."""
     window = windows(LaunchOptions(project=study), size=(1440, 900))
+    window.setUpdatesEnabled(False)
     until(lambda: len(list_widths(window)) == 3)
     drag_border(window, window._dock, 60, until)
     drag_border(window.label, window.label._docks["actions"], -60, until)
@@ -438,6 +440,7 @@ def test_nothing_flashes_up_as_a_window_of_its_own(windows, study, app):
 
 def test_on_a_small_screen_the_list_keeps_its_width_and_everything_its_place(app, study, until):
     window = Window("Ann")
+    window.setUpdatesEnabled(False)
     window.resize(960, 540)
     window.show()
     window.begin(LaunchOptions(project=study))

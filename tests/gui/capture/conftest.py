@@ -4,6 +4,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
+from factories import cached_project
 from window_helpers import painted_once
 
 from forcelab.gui.capture.controller import CaptureState
@@ -64,7 +65,7 @@ def _nothing_else_is_plugged_in():
 
 @pytest.fixture
 def study(tmp_path):
-    return make_study(tmp_path / "study.forcelab")
+    return cached_project(make_study, tmp_path / "study.forcelab")
 
 
 @pytest.fixture
