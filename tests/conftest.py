@@ -34,7 +34,7 @@ LONG = (
     "gui/capture/test_workspace.py",
     "recognition/test_training.py",
     "recognition/test_live_model.py",
-    "e2e/test_keyboard.py",
+    "e2e/test_labelling.py",
     "cli/test_capture.py",
 )
 #: Waits for what has gone on beside all others.

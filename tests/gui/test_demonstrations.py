@@ -179,7 +179,7 @@ def test_the_model_is_as_qt_wants_it(listing, document):
     assert listing.model.rowCount() == 0
 
 
-def test_a_row_tells_ones_own_share_and_who_else_labelled(listing):
+def test_a_row_tells_ones_own_share_and_who_else_labelled(listing, document):
     assert (row(listing, "pen-2").share, row(listing, "pen-2").others) == (0.5, (("bert", 0.25),))
     assert row(listing, "block").others == (("net", 0.1),)
     assert row(listing, "pen-10") == DemonstrationRow(row(listing, "pen-10").info)
@@ -189,9 +189,6 @@ def test_a_row_tells_ones_own_share_and_who_else_labelled(listing):
     tip = index.data(Qt.ItemDataRole.ToolTipRole)
     for part in ("10.00 s", "10 Hz", "/data/pen-2.csv", row(listing, "pen-2").info.id):
         assert part in tip
-
-
-def test_another_coder_sees_their_own_share(listing, document):
     document.set_author("bert")
     assert (row(listing, "pen-2").share, row(listing, "pen-2").others) == (0.25, (("anna", 0.5),))
     assert row(listing, "sponge").share == 1.0
@@ -202,9 +199,7 @@ def test_another_coder_sees_their_own_share(listing, document):
 )
 def test_zero_and_hundred_percent_are_nothing_and_everything(share, reported):
     assert percent(share) == reported
-
-
-def test_painting_past_the_end_is_not_more_than_everything():
+    # Nor is what is painted past the end more than everything.
     infos = [info("0" * 32, "x", anna=9.7)]
     assert rows_of(infos, [], "anna")[0].share == 1.0
     assert rows_of(infos, [], "bert")[0].others == (("anna", 1.0),)
@@ -219,8 +214,8 @@ def test_what_is_painted_is_soon_in_the_list(listing, document, until):
     assert document.editor.undo_everywhere()
     until(lambda: row(listing, "pen-10").share == 0.0)
     assert document.editor.paint(0.0, 3.0, "grab")
-    document.refresh_info()
     open_named(document, "pen-2")
+    document.refresh_info()  # as the window does a moment later
     document.listing_changed.emit()
     assert row(listing, "pen-10").share == pytest.approx(0.3)
     del store.infos
@@ -827,14 +822,6 @@ def test_an_index_that_is_nowhere_is_nothing(app):
     assert not model.index(0, 0).isValid()
     assert not model.index_of("x").isValid()
     assert model.at(QModelIndex()) is None
-
-
-def test_what_was_painted_just_before_another_one_is_opened_stays_told(document, listing):
-    open_named(document, "pen-10")
-    document.editor.paint(0.0, 5.0, "grab")
-    open_named(document, "block")
-    document.refresh_info()  # as the window does a moment later
-    assert row(listing, "pen-10").share == pytest.approx(0.5, abs=0.01)
 
 
 def test_another_one_is_opened_where_the_open_one_was_removed_elsewhere(document, path):

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.io
-from factories import foam_demonstration, numbered_frame
+from factories import cached_project, foam_demonstration, numbered_frame
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
@@ -41,12 +41,14 @@ from tests.formats.optoforce_streams import stream
 FOAM = Path(__file__).parents[2] / "assets" / "foam-01.csv"
 
 
+def empty_project(path):
+    Project.create(path).close()
+
+
 @pytest.fixture
 def document(app, tmp_path):
-    path = tmp_path / "study.forcelab"
-    Project.create(path).close()
     document = Document("Ann")
-    document.open_project(path)
+    document.open_project(cached_project(empty_project, tmp_path / "study.forcelab"))
     yield document
     document.close()
 
@@ -615,23 +617,6 @@ def test_the_columns_of_a_file_that_is_clicked_are_shown(german, tmp_path):
     assert read_as(german) == {"t": "times", "Druck": "signal"}
 
 
-def test_the_columns_of_a_parquet_file_are_chosen_as_those_of_text(
-    document, open_on, tmp_path, until
-):
-    pa = pytest.importorskip("pyarrow")
-    from tests.formats.column_files import write_arrow
-
-    action = pa.array(["grab"] * 50 + ["hold"] * 50).dictionary_encode()
-    columns = {"clock": [i / 50 for i in range(100)], "fx": [1.5] * 100, "what": action}
-    dialog = open_on(write_arrow(tmp_path / "a.parquet", columns))
-    assert read_as(dialog) == {"clock": "times", "fx": "signal", "what": "labels"}
-    dialog.columns.wish("what", "left out")
-    QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
-    until(lambda: document.id)
-    assert [channel.name for channel in document.demonstration.channels] == ["fx"]
-    assert document.demonstration.duration == pytest.approx(2.0)
-
-
 def write_fold(path, forces=FORCES):
     """A file of arrays whose names do not say which are the signals."""
     arrays = {"obs/qpos": forces, "obs/qvel": -forces, "clock/seen": TIMES, "phase": CODES + 1}
@@ -749,32 +734,6 @@ def test_channels_and_markers_of_streams_are_chosen(document, open_on, tmp_path,
     until(lambda: document.id)
     names = [channel.name for channel in document.demonstration.channels]
     assert names == ["fx", "fy", "fz", "Pose 3"]
-
-
-def test_a_field_of_a_bag_that_is_no_force_can_be_made_a_signal(document, open_on, tmp_path, until):
-    pytest.importorskip("rosbags")
-    from tests.formats.rosbag_files import WRENCH, stamp, wrenches, write_bag
-
-    poses = [(i / 100, {"header": {"stamp": stamp(i / 100)}, "point": {"z": i}}) for i in range(50)]
-    bag = write_bag(
-        tmp_path / "a",
-        {"/ft": (WRENCH, wrenches()), "/tip": ("geometry_msgs/msg/PointStamped", poses)},
-        ros=2,
-    )
-    dialog = open_on(bag)
-    uses = read_as(dialog)
-    assert uses["/ft.header.stamp"] == "times"
-    assert uses["/ft.wrench"] == "signal"
-    assert uses["/tip.point"] == "left out"
-    choices = {column.name: column.choices for column in dialog.columns.uses}
-    assert choices["/tip.point"] == ("signal", "left out")
-    assert "Columns of" in dialog.columns.heading.text()
-    dialog.columns.wish("/tip.point", "signal")
-    assert read_as(dialog)["/tip.point"] == "signal"
-    QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
-    until(lambda: document.id)
-    names = [channel.name for channel in document.demonstration.channels]
-    assert names == ["fx", "fy", "fz", "tx", "ty", "tz", "point.x", "point.y", "point.z"]
 
 
 def test_cameras_of_a_bag_are_videos_unless_they_are_left_out(document, open_on, tmp_path, until):

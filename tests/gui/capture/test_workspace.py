@@ -1,7 +1,5 @@
 """The Capture workspace in the whole window, with virtual devices on real pseudo-terminals."""
 
-import sys
-from subprocess import run
 from types import SimpleNamespace
 
 import numpy as np
@@ -319,15 +317,6 @@ def test_an_unfinished_recording_is_offered_and_recovered(app, study, tongs, unt
         assert [info.name for info in window.document.infos] == ["LEGO 01"]
     finally:
         window.close()
-
-
-def test_no_driver_and_no_transform_is_loaded_before_its_view_is_shown():
-    script = (
-        "import sys, forcelab.gui.capture.tab, forcelab.gui.label.scalogram;print(*sys.modules)"
-    )
-    done = run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    late = {"serial", "cv2", "forcelab.capture.recorder", "scipy", "scipy.fft", "sklearn"}
-    assert not late & set(done.stdout.split())
 
 
 def test_long_names_of_tasks_and_actions_are_cut_where_that_is_seen(window, until):

@@ -1,6 +1,8 @@
 """The dialog that synchronises video and force, driven by its widgets."""
 
+import shutil
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,13 +25,18 @@ def filmed(tmp_path_factory):
     return demonstration_with_video(tmp_path_factory.mktemp("film"), ClockMap(0.25, 1.00001))
 
 
-@pytest.fixture
-def document(app, tmp_path, filmed):
-    folder = tmp_path / "lab.forcelab"
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory, filmed):
+    folder = tmp_path_factory.mktemp("lab") / "lab.forcelab"
     with Project.create(folder) as project:
         project.demonstrations.add(filmed)
+    return folder
+
+
+@pytest.fixture
+def document(app, tmp_path, lab):
     document = Document("Ines")
-    document.open_project(folder)
+    document.open_project(Path(shutil.copytree(lab, tmp_path / "lab.forcelab")))
     document.open_demonstration(document.infos[0].id)
     yield document
     document.close()
