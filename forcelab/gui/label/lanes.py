@@ -162,6 +162,7 @@ class LaneAxis(ValueAxis):
     def __init__(self, width: float, values: Callable[[], Values], numbers: float = 0.0) -> None:
         self.lane = Lane((), "", "", 0.0, 0.0)
         self._names: dict[int, str] = {}
+        self._among: tuple[str, ...] = ()
         self._left, self._values = NAMES_LEFT, values
         super().__init__("left")
         self.set_room(width, numbers)
@@ -175,6 +176,7 @@ class LaneAxis(ValueAxis):
         """Stand beside a lane of these of a recording's channels."""
         self.lane = lane
         self._names = {column: channels[column].name for column in lane.channels}
+        self._among = tuple(channel.name for channel in channels)
         self._left = text_size.pixels(NAMES_BESIDE_BRACKET) if lane.group else NAMES_LEFT
         self.setGeometry(QRectF(0, lane.top, self._width, lane.height))
         self.picture = None
@@ -241,7 +243,7 @@ class LaneAxis(ValueAxis):
             room = right - self._left - (6 if alone else value_width)
             if text.width(self._names[column], face) > room:
                 face = small
-            name = text.elided_name(self._names[column], face, room)
+            name = text.elided_name(self._names[column], face, room, self._among)
             used = text.width(name, face)
             yield name, face, ink, QRectF(self._left, y - size / 2, used + 3, size)
             shown = self._number(column, values)

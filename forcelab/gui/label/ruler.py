@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QMouseEvent, QPainter
@@ -41,6 +42,19 @@ def clock_time(seconds: float, decimals: int = 0) -> str:
 class TimeAxis(ValueAxis):
     """An axis of seconds, in minutes and seconds where it shows many."""
 
+    def __init__(self) -> None:
+        super().__init__("top")
+        #: Where the numbers stand, in pixels of the axis.
+        self.number_boxes: list[QRectF] = []
+
+    def generateDrawSpecs(self, p: QPainter) -> Any:
+        specs = super().generateDrawSpecs(p)
+        # What pyqtgraph takes for a number's height is less than that.
+        above = -text_size.pixels(4)
+        numbers = () if specs is None else specs[2]
+        self.number_boxes = [box.adjusted(-1, above, 1, 0) for box, *_ in numbers]
+        return specs
+
     @property
     def clock(self) -> bool:
         """Whether times are in minutes and seconds."""
@@ -74,7 +88,7 @@ class Ruler(TimePanel):
         self.setAccessibleName("Time")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setToolTip("Drag to move the cursor")
-        self._numbers = TimeAxis("top")
+        self._numbers = TimeAxis()
         self._numbers.setStyle(tickLength=-6, maxTextLevel=0)
         self.addItem(self._numbers)
         self.fit_text()
@@ -122,7 +136,11 @@ class Ruler(TimePanel):
         wide = text.width(label, face) + 10
         left = min(max(x - wide / 2, plot.left()), plot.right() - wide)
         tag = QRectF(left, 2, wide, text_size.pixels(20) - 4)
-        painter.fillRect(tag.adjusted(-4, 0, 4, 0), QColor(colours().panel))
+        apart = tag.adjusted(-4, 0, 4, 0)
+        painter.fillRect(apart, QColor(colours().panel))
+        for box in self._numbers.number_boxes:  # of a number that it covers nothing stays
+            if (number := box.translated(plot.left(), 0)).intersects(apart):
+                painter.fillRect(number, QColor(colours().panel))
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(QColor(ground))

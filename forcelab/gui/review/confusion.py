@@ -11,6 +11,7 @@ import numpy as np
 from PySide6.QtCore import (
     QEvent,
     QModelIndex,
+    QObject,
     QPointF,
     QRectF,
     QSize,
@@ -438,6 +439,7 @@ class ConfusionView(QWidget):
         self.list = CellIntervals(document)
         self._area = QScrollArea()
         self._area.setWidget(self.canvas)
+        self._area.installEventFilter(self)
         self._area.setFrameShape(QScrollArea.Shape.NoFrame)
         self._area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._area.setBackgroundRole(QPalette.ColorRole.Base)
@@ -501,9 +503,11 @@ class ConfusionView(QWidget):
         if event.type() == QEvent.Type.FontChange and self.isVisible():
             self._draw()
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._draw()
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Fit the matrix into its room, also where only that of the list below has changed."""
+        if watched is self._area and event.type() == QEvent.Type.Resize:
+            self._draw()
+        return super().eventFilter(watched, event)
 
     # Inside
 

@@ -439,7 +439,7 @@ class BandMap(Plot):
         )
         largest = float(np.abs(why.attribution.bands).max()) or 1.0
         marked = {(band.channel, band.hertz) for band in why.strongest() if band.weight}
-        room = QSizeF(NUMBER_CELL_WIDTH, NUMBER_CELL_HEIGHT) * text_size.scale()
+        least = QSizeF(NUMBER_CELL_WIDTH, NUMBER_CELL_HEIGHT) * text_size.scale()
         foot = self.height() - text_size.pixels(7)
         text.draw_text(
             painter, self.area.left() - 6, foot, "in all", face=face, ink=muted, align=1.0
@@ -447,7 +447,7 @@ class BandMap(Plot):
         for i, channel in enumerate(why.channels):
             for j, hertz in enumerate(why.hertz.tolist()):
                 box, weight = self.cell(i, j), float(why.attribution.bands[i, j])
-                if box.width() >= room.width() and box.height() >= room.height():
+                if box.width() >= least.width() and box.height() >= least.height():
                     number, at = signed_log_odds(weight), box.center()
                     on = text.ink_on(balance_colour(weight / largest, theme.dark))
                     text.draw_text(painter, at.x(), at.y(), number, face=small, ink=on, align=0.5)
@@ -456,7 +456,10 @@ class BandMap(Plot):
                     painter.setPen(QPen(ink, 1.6))
                     painter.drawRect(box.adjusted(0.5, 0.5, -0.5, -0.5))
             box = self.cell(i, 0)
-            x, name = box.center().x(), text.elided_name(channel, head, box.width() - 4)
+            x, name = (
+                box.center().x(),
+                text.elided_name(channel, head, box.width() - 4, tuple(why.channels)),
+            )
             middle = self.area.top() / 2
             text.draw_text(painter, x, middle, name, face=head, ink=ink, align=0.5)
             number = signed_log_odds(float(why.attribution.channels[i]))

@@ -157,10 +157,10 @@ class AcceptButtons(QWidget):
 
 RANKING_JOB = "proposals"
 COLUMNS = (
-    TableColumn("demonstration", number=False),
-    TableColumn("uncertainty", number=False),
-    TableColumn("probably wrong"),
-    TableColumn("labelled"),
+    TableColumn("Demonstration", number=False),
+    TableColumn("Uncertainty", number=False),
+    TableColumn("Probably wrong"),
+    TableColumn("Labelled"),
 )
 #: The column with a bar, and how wide it is in pixels, so that bars can be compared.
 UNCERTAINTY_COLUMN, BAR_WIDTH = 1, 140

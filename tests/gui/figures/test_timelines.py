@@ -9,6 +9,7 @@ from PySide6.QtGui import QColor
 from window_helpers import pixels
 
 from forcelab.errors import InputError
+from forcelab.gui.figures import text
 from forcelab.gui.figures.pairs import Pair, TimelinePairs
 from forcelab.labels import Segment
 from forcelab.vocabulary import Action, Vocabulary
@@ -258,3 +259,16 @@ def svg_text(folder):
     """All texts of a saved figure."""
     texts = ET.parse(folder / "f.svg").getroot().iter("{http://www.w3.org/2000/svg}text")
     return "".join(f"{(''.join(text.itertext())).strip()}|" for text in texts)
+
+
+def test_names_that_differ_in_their_middle_only_are_cut_where_they_do(app):
+    axes = [
+        f"{side} {kind} {axis}, filtered and zeroed"
+        for side in ("left", "right")
+        for kind in ("force", "torque")
+        for axis in "xyz"
+    ]
+    for room in (60.0, 80.0, 110.0):
+        shown = [text.elided_name(name, text.font(10), room, tuple(axes)) for name in axes]
+        assert len(set(shown)) == len(axes), shown
+        assert all(text.width(name, text.font(10)) <= room for name in shown)

@@ -297,3 +297,16 @@ def test_the_list_of_places_is_small_until_a_cell_is_chosen_and_keeps_its_share(
     assert sizes()[1] == places
     click(view, 0, 0)
     assert sizes() == dragged
+
+
+def test_the_matrix_grows_into_the_room_that_the_list_of_places_leaves(view, app):
+    view.resize(480, 420)
+    click(view, 0, 0)  # its places have a list then
+    cells = []
+    for places in (220, 80):
+        view._split.setSizes([420 - places, places])
+        app.processEvents()
+        figure, room = view.canvas.figure, view._area.maximumViewportSize()
+        assert figure.size.height() <= room.height()
+        cells.append(figure.box(0, 0).width())
+    assert cells[1] > cells[0]
