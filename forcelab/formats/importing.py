@@ -20,7 +20,7 @@ from typing import TypeVar
 from forcelab.demonstration import Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.formats import identify, reading
-from forcelab.formats.archive import read_archive
+from forcelab.formats.archive import unpacking
 from forcelab.formats.calibration import read_calibrations
 from forcelab.formats.label_tables import has_labels_beside
 from forcelab.formats.recording import ReadOptions, Recording
@@ -342,8 +342,7 @@ def _unpacking(
     project: Path, path: Path, options: ReadOptions
 ) -> Generator[Progress, None, ImportReport]:
     """Make a project of a whole archive."""
-    yield Progress(0, 1, f"unpacking {path.name}")
-    with read_archive(path, project) as unpacked:
+    with (yield from unpacking(path, project)) as unpacked:
         infos = unpacked.demonstrations.infos()
     yield Progress(1, 1, "done")
     demonstrations = tuple(Imported(path, AddResult(i.id, i.name, "new")) for i in infos)

@@ -98,12 +98,13 @@ class TimestampReader:
         self._days: dict[tuple[str, str, str], int] = {}
         self._base = 0
         self._written = kinds.count(CellType.STAMP) > len(present) / 2
-        self._dated = False
+        self._dated = self._halved = False
         if self._written:
             match = STAMP.fullmatch(present[kinds.index(CellType.STAMP)])
             with suppress(ValueError):  # a day that is none is named with its line when it is read
                 self._base = ((match and self._day(match)) or 0) * _DAY
             self._dated = match is not None and bool(match["year"] or match["last_year"])
+            self._halved = match is not None and bool(match["half"])
         else:
             pairs = zip(present, kinds, strict=True)
             readable = [cell for cell, kind in pairs if kind is CellType.NUMBER] or ["0"]
@@ -212,8 +213,13 @@ class TimestampReader:
             day = self._day(match)
         except ValueError as error:
             raise NotANumberError(index, cell) from error
-        if self._dated != (day is not None) or hour > 24 or minute > 59 or second > 60:
+        half = match["half"]
+        hours = range(1, 13) if half else range(25)
+        wrong = self._dated != (day is not None) or self._halved != bool(half)
+        if wrong or hour not in hours or minute > 59 or second > 60:
             raise NotANumberError(index, cell)
+        if half:
+            hour = hour % 12 + (12 if half in "pP" else 0)
         seconds = (day or 0) * _DAY - self._base + hour * 3600 + minute * 60 + second
         zone = match["zone"]
         if zone and zone[0] in "+-":

@@ -30,19 +30,37 @@ MOST_NAMED = 5
 
 @dataclass(frozen=True, slots=True)
 class ActionRename:
-    """What renaming an action changes, or has changed."""
+    """What renaming an action changes, or has changed.
 
-    author: str  # the coder whose segments get the new name
+    Attributes
+    ----------
+    author : str
+        The coder whose segments get the new name.
+    old, new : str
+        The names.
+    tasks : tuple of str
+        Those whose actions change.
+    segments : mapping of str to int
+        By the id of each demonstration, how many segments get the new name.
+    merges : bool
+        Whether there is an action of the new name already.
+    others : mapping of str to int
+        By other coder, how many segments keep the old name, as far as the coder may see them.
+    kept : frozenset of str
+        The tasks in which the old name stays an action, as others use it.
+    learnt : bool
+        Whether recognisers or runs were made of what changes; they keep the old name.
+    """
+
+    author: str
     old: str
     new: str
-    tasks: tuple[str, ...]  # whose actions change
-    #: By the id of each demonstration, how many segments get the new name
+    tasks: tuple[str, ...]
     segments: Mapping[str, int]
-    merges: bool  # whether there is an action of the new name already
-    #: By other coder, how many segments keep the old name, as far as the coder may see them.
+    merges: bool
     others: Mapping[str, int]
-    kept: frozenset[str]  # the tasks in which the old name stays an action, as others use it
-    learnt: bool  # whether recognisers or runs were made of what changes; they keep the old name.
+    kept: frozenset[str]
+    learnt: bool
 
     def sentences(self, *, done: bool) -> str:
         """What changes, or has changed, and what stays, for people."""

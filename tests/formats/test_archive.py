@@ -26,12 +26,12 @@ from hypothesis import strategies as st
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
+from forcelab.formats import read
 from forcelab.formats.archive import (
     LARGEST,
     LARGEST_EDITS,
     LARGEST_TEXT,
     VERSION,
-    read,
     read_archive,
     sniff,
     write_archive,
@@ -710,8 +710,10 @@ def test_a_truncated_archive_is_refused(whole, tmp_path):
     for share in np.linspace(0, 1, 20, endpoint=False):
         whole.write_bytes(data[: int(share * len(data))])
         refusal_of(whole, tmp_path)
-    with pytest.raises(InputError, match="No such file"):
+    with pytest.raises(InputError, match="does not exist"):
         read(tmp_path / "nowhere.zip", ReadOptions())
+    with pytest.raises(InputError, match="No such file"):
+        read_archive(tmp_path / "nowhere.zip", tmp_path / "n.forcelab")
 
 
 @given(st.data())

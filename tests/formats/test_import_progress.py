@@ -9,6 +9,7 @@ from factories import numbered_frame
 from forcelab.cli import main
 from forcelab.formats import importing as imports
 from forcelab.formats import reading
+from forcelab.formats.archive import write_archive
 from forcelab.formats.importing import import_files, importing
 from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
@@ -135,6 +136,42 @@ def test_a_long_table_is_read_by_its_letters(tmp_path):
     steps = list(reading(path, ReadOptions()))
     assert {step.total for step in steps} == {path.stat().st_size}
     assert 0.2 < steps[0].done / steps[0].total < steps[-1].done / steps[-1].total < 1
+
+
+def test_a_parquet_table_is_read_by_its_rows(tmp_path):
+    pa = pytest.importorskip("pyarrow")
+    pq = pytest.importorskip("pyarrow.parquet")
+    path, rows = tmp_path / "long.parquet", 200_000
+    pq.write_table(pa.table({"time": np.arange(rows) / 1000, "fx": np.ones(rows)}), path)
+    steps = list(reading(path, ReadOptions()))
+    assert len(steps) > 1
+    assert {step.total for step in steps} == {rows}
+    assert steps[-1].done == rows
+
+
+@pytest.fixture
+def archive(tmp_path):
+    """An archive of three recordings."""
+    path = tmp_path / "study.forcelab"
+    for number in range(3):
+        table = tmp_path / f"{number}.csv"
+        table.write_text("time,fx\n" + "".join(f"{n / 100},{n * number}\n" for n in range(1, 50)))
+        import_files(path, [table])
+    with Project.open(path) as opened:
+        write_archive(opened, tmp_path / "study.zip")
+    return tmp_path / "study.zip"
+
+
+@pytest.mark.parametrize("vacant", [True, False])
+def test_an_archive_is_unpacked_recording_by_recording(tmp_path, project, archive, vacant):
+    into = tmp_path / "n.forcelab" if vacant else project
+    before = snapshot(tmp_path)
+    job = importing(into, [archive])
+    step = next(step for step in job if step.total == 3 and step.done == 2)
+    assert step.text == f"{'unpacking' if vacant else 'reading'} study.zip"
+    job.close()
+    assert snapshot(tmp_path) == before
+    assert finish(importing(into, [archive])).count("new") == 3
 
 
 def hdf5_file(path, rows=400_000):

@@ -315,6 +315,24 @@ def test_times_of_the_day_run_past_midnight():
     assert not raw.absolute
 
 
+def test_twelve_hours_run_past_noon_and_midnight():
+    noon = clock(["11:59:59.5 AM", "", "12:00:00.25 PM", "12:59:59 pm", "1:00:00\u202fp.m."])
+    np.testing.assert_array_equal(noon.values - noon.values[0], [0, np.nan, 0.75, 3599.5, 3600.5])
+    night = clock(["11:59:59.5 PM", "12:00:00.25AM", "01:00:00 AM"])
+    np.testing.assert_array_equal(night.values - night.values[0], [0, 0.75, 3600.5])
+    dated = clock(["2024-03-01 11:59:59 PM", "2024-03-02 12:00:01 AM", "2024-03-02 12:00:02 PM"])
+    np.testing.assert_array_equal(dated.values - dated.values[0], [0, 2, 43203])
+
+
+@pytest.mark.parametrize("bad", ["02:15:05", "14:15:05 PM", "00:15:05 AM", "02:15:05 XM"])
+def test_of_twelve_hours_each_says_which_half_of_the_day_it_is_in(bad):
+    with pytest.raises(NotANumberError) as caught:
+        clock(["02:15:03.250 PM", "02:15:04 PM", bad])
+    assert (caught.value.index, caught.value.cell) == (2, bad)
+    with pytest.raises(NotANumberError):
+        clock(["02:15:03", "02:15:04", "02:15:05 PM"])
+
+
 def test_large_numbers_keep_decimal_commas_exponents_and_empty_cells():
     raw = clock(["1657539356,25", "", "1,6575393575E9"], decimal=",")
     np.testing.assert_array_equal(raw.values - raw.values[0], [0, np.nan, 1.25])
