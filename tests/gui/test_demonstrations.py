@@ -805,6 +805,15 @@ def test_words_are_found_in_name_task_and_id_in_any_order():
     assert grouped(rows, "", "done") == ()
 
 
+def test_what_is_counted_as_done_is_shown_as_done():
+    infos = [info(f"{s:032x}", f"pen-{s}", "LEGO", anna=s) for s in (4, 9)]
+    half, whole = rows_of(infos, [], "anna")
+    (group,) = grouped((half, whole), "", "all")
+    assert group.finished == 1
+    assert grouped((half, whole), "", "done") == (TaskGroup("LEGO", (whole,)),)
+    assert grouped((half, whole), "", "begun") == (TaskGroup("LEGO", (half,)),)
+
+
 def test_a_number_that_is_searched_finds_names_and_not_by_chance_ids():
     """A coder of 400 who looks for participant 12 is shown that one, not 45 strangers beside it."""
     infos = [

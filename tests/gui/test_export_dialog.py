@@ -126,7 +126,8 @@ def test_a_blind_coder_exports_only_what_is_not_hidden(dialog, document, tmp_pat
 
 
 def test_files_that_are_there_are_replaced_only_on_demand(dialog, tmp_path, until):
-    for replacing, messages in ((False, "Written"), (False, "already"), (True, "Written")):
+    how = dialog.replacing.text().lower()  # the refusal names the box to tick
+    for replacing, messages in ((False, "Written"), (False, how), (True, "Written")):
         dialog.replacing.setChecked(replacing)
         dialog.export(tmp_path / "out")
         until(dialog.go.isEnabled)

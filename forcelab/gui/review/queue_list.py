@@ -73,7 +73,7 @@ SECTION_TEXTS = {
         "Suspected coding errors",
         "A recogniser that has not seen them contradicts, where it is usually right.",
     ),
-    "actions": ("Wrong actions", "Both see an action, but not the same one."),
+    "actions": ("Wrong actions", "Both see an action, not the same one: human → model."),
     "missed": ("Missed by the model", "Labelled, and the model sees nothing."),
     "boundaries": (
         "Boundaries only",

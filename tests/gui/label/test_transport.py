@@ -123,6 +123,18 @@ def test_a_time_being_typed_is_not_overwritten_by_playback(bar, document):
     assert bar.time.text() == "2.000"
 
 
+def test_a_time_typed_after_a_click_replaces_the_one_shown(bar, document):
+    document.view.seek(2.5)
+    QTest.mouseClick(bar.time, Qt.MouseButton.LeftButton)
+    document.view.seek(2.75)  # as in playback
+    QTest.keyClicks(bar.time, "7")
+    QTest.keyClick(bar.time, Qt.Key.Key_Return)
+    assert document.view.cursor == 7.0
+    QTest.mouseClick(bar.time, Qt.MouseButton.LeftButton)
+    QTest.mouseClick(bar.time, Qt.MouseButton.LeftButton)  # a second one places the caret
+    assert not bar.time.hasSelectedText()
+
+
 def test_it_says_since_when_all_is_stored(bar, document, until):
     document.editor.paint(9.0, 9.5, "grab")
     when = document.editor.history()[-1].time.astimezone()
