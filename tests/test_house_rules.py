@@ -127,6 +127,7 @@ def test_the_house_rules_hold(command):
 #: what all of them together have not loaded, none loads by itself.
 UNNEEDED = {
     "commands": [
+        ("forcelab", {"numpy", "sklearn"}),
         ("forcelab.cli", {"numpy", "PySide6", "sklearn", "cv2", "serial"}),
         ("forcelab.cli.commands.actions", {"numpy", "PySide6"}),
         ("forcelab.cli.commands.list", {"PySide6", "sklearn", "scipy", "cv2", "serial"}),

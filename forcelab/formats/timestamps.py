@@ -29,7 +29,7 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_left
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import date
@@ -38,7 +38,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.demonstration import GAP_PERIODS
+from forcelab.demonstration import GAP_PERIODS, median_step
 from forcelab.errors import InputError
 from forcelab.formats.table_sniff import (
     MISSING,
@@ -318,7 +318,7 @@ def repair_timestamps(
     rows = _Rows(where, lines, strict, np.ones(raw.values.size, np.bool_), raw.values, row, line)
     rows.drop(np.isnan(rows.values), "{rows} without a usable stamp {were} dropped")
     if raw.absolute:
-        late = raw.seconds(rows.values) > YEAR_2100
+        late = _marked(lambda values: raw.seconds(values) > YEAR_2100, rows.values)
         rows.drop(late, "{rows} stamped after 2100 {were} dropped")
     _drop_far(rows)
     _treat_repeats(rows, jitter, bursts)
@@ -334,20 +334,42 @@ def repair_timestamps(
     return RepairedTimestamps(times, rows.kept, start, tuple(rows.remarks))
 
 
+#: Stamps that are looked at at a time, where there may be no room for copies of all.
+_BLOCK = 2**17
+
+
+def _marked(
+    condition: Callable[..., NDArray[np.bool_]], *arrays: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """For which elements of arrays of one length a condition holds."""
+    marks = np.empty(len(arrays[0]), np.bool_)
+    for start in range(0, len(marks), _BLOCK):
+        stop = start + _BLOCK
+        marks[start:stop] = condition(*(array[start:stop] for array in arrays))
+    return marks
+
+
 def _drop_far(rows: _Rows) -> None:
     """Rule 3."""
-    if rows.values.size < _FAR_ROWS:
+    values, count = rows.values, rows.values.size
+    if count < _FAR_ROWS:
         return
-    middle = np.median(rows.values)
-    distance = abs(rows.values - middle)
-    rest = distance.size - max(1, int(_FAR_SHARE * distance.size))
-    distance.partition(rest - 1)
-    reach = distance[rest - 1]
-    del distance  # there may be no room for it twice, in order and as the rows are
-    near = abs(rows.values - middle) <= reach
-    first = rows.values.min(where=near, initial=np.inf)
-    length = float(rows.values.max(where=near, initial=-np.inf) - first)
-    far = abs(rows.values - middle) > max(_FAR_LENGTHS * length, reach)
+    rest = count - max(1, int(_FAR_SHARE * count))
+    if (values[1:] >= values[:-1]).all():
+        # As they should be: the median is in the middle, and the nearest ones lie side by side.
+        middle = np.mean(values[(count - 1) // 2 : count // 2 + 1])
+        reach = np.maximum(middle - values[: count - rest + 1], values[rest - 1 :] - middle).min()
+    else:
+        middle = np.median(values)
+        distance = abs(values - middle)
+        distance.partition(rest - 1)
+        reach = distance[rest - 1]
+        del distance  # there may be no room for it twice, in order and as the rows are
+    near = _marked(lambda stamps: abs(stamps - middle) <= reach, values)
+    first = values.min(where=near, initial=np.inf)
+    length = float(values.max(where=near, initial=-np.inf) - first)
+    bound = max(_FAR_LENGTHS * length, reach)
+    far = _marked(lambda stamps: abs(stamps - middle) > bound, values)
     if length > 0:
         rows.drop(
             far,
@@ -358,7 +380,7 @@ def _drop_far(rows: _Rows) -> None:
 
 def _treat_repeats(rows: _Rows, jitter: float, bursts: bool) -> None:
     """Rule 4."""
-    repeats = np.concatenate([[False], np.diff(rows.values) == 0])
+    repeats = np.concatenate([[False], rows.values[1:] == rows.values[:-1]])
     if not repeats.any():
         return
     firsts = np.flatnonzero(~repeats)
@@ -459,7 +481,7 @@ def _nondecreasing(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], ND
 
 def _drop_backward(rows: _Rows) -> None:
     """Rule 6."""
-    back = np.flatnonzero(np.diff(rows.values) <= 0)
+    back = np.flatnonzero(rows.values[1:] <= rows.values[:-1])
     if not back.size:
         return
     bad = np.ones(rows.values.size, dtype=np.bool_)
@@ -498,11 +520,12 @@ def _longest_increasing(values: NDArray[np.float64]) -> NDArray[np.int64]:
 
 def _report_gaps(rows: _Rows, times: NDArray[np.float64]) -> None:
     """Rule 7."""
-    period = float(np.median(np.diff(times), overwrite_input=True))
-    steps = np.diff(times)
-    gaps = steps > GAP_PERIODS * period
+    period = median_step(times)
+    before, after = times[:-1], times[1:]
+    gaps = _marked(lambda start, end: end - start > GAP_PERIODS * period, before, after)
     if gaps.any():
-        number, missing = int(gaps.sum()), float((steps[gaps] - period).sum())
+        number = int(gaps.sum())
+        missing = float((after[gaps] - before[gaps] - period).sum())
         rows.report(
             f"{counted(number, 'gap')} in the stamps, {missing:.3g} s in all, "
             f"{'is' if number == 1 else 'are'} kept as {'a gap' if number == 1 else 'gaps'}",

@@ -285,7 +285,8 @@ class DemonstrationList(QWidget):
         following = find_next(list(self.model.rows), document.id, lambda row: not row.finished)
         if not document.set_done(then_open="" if following is None else following.info.id):
             return
-        left = "no other demonstration in the list is left."
+        key = keys().shown("train")
+        left = f"no other demonstration in the list is left{f'; {key} trains' if key else ''}."
         if following is not None:
             left = f"{count_finished(self._rows)} of {len(self._rows)} are done."
         document.show_message(f"'{demonstration.name}' is marked as done{gaps}; {left}")

@@ -247,7 +247,9 @@ class DemonstrationMenu(QObject):
         project, document = self._document.project, self._document
         if project is None:
             return
-        names = [document.author, *project.coding.people()]
+        # Mostly somebody else: a second coder who must not see what this one has labelled.
+        others = [name for name in project.coding.people() if name != document.author]
+        names = [*others, document.author]
         text = (
             "Until it is done, the coder sees nobody else's labels or notes, and no predictions.\n"
             "Coder:"

@@ -135,7 +135,7 @@ TEXT_SIZE = _whole(
     "Text size",
     "Relative to the text of other programs. Rows and buttons grow with it.",
     lowest=80,
-    highest=150,
+    highest=200,
     step=10,
     unit="%",
 )

@@ -32,6 +32,7 @@ from forcelab.gui.file_dialogs import FileDrop
 from forcelab.gui.guide_pages import GuideKey, page_about
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.key_events import application
+from forcelab.gui.kit import text_size
 from forcelab.gui.label import commands
 from forcelab.gui.label.workspace import LabelWorkspace
 from forcelab.gui.launch_options import DIALOGS, REVIEW_PAGES, LaunchOptions
@@ -523,5 +524,6 @@ class Window(FileDrop, DockedWindow):
 
     def _share_out(self) -> None:
         """Give the list a fifth of the width, and no more than any workspace leaves it."""
-        width = min(max(self.width() * 3 // 16, NARROWEST), WIDEST)
+        widest = round(text_size.pixels(WIDEST))
+        width = min(max(self.width() * 3 // 16, NARROWEST), widest)
         self.set_widths([self._dock], width)

@@ -65,7 +65,8 @@ def glitches(channel: NDArray[np.float64]) -> NDArray[np.bool_]:
     glitching = np.zeros(len(channel), dtype=bool)
     finite = np.isfinite(channel)
     # Nothing is further from the median than twice the largest: as good as always the answer.
-    if np.max(np.abs(channel), where=finite, initial=0.0) <= GLITCH / 2:
+    highest, lowest = (f(channel, where=finite, initial=0.0) for f in (np.max, np.min))
+    if max(highest, -lowest) <= GLITCH / 2:
         return glitching
     values = channel[finite]
     with np.errstate(over="ignore"):

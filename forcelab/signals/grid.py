@@ -48,7 +48,7 @@ class Grid:
 
 def measured(values: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Which values a sensor can have read: not NaN, nor beyond `LARGEST`."""
-    return np.asarray(np.abs(values) <= LARGEST)
+    return np.asarray((values >= -LARGEST) & (values <= LARGEST))
 
 
 def _bridged(channel: NDArray[np.float64]) -> NDArray[np.float64]:

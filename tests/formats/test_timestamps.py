@@ -70,6 +70,20 @@ def test_a_single_torn_stamp_is_dropped_wherever_it_stands(place):
     assert f"line {place + 2}" in refusal(values)
 
 
+def test_of_stamps_in_order_the_same_ones_are_far_as_of_others():
+    """Where all are in order, they need not be sorted by how far they are."""
+    random = np.random.default_rng(6)
+    for count in range(20, 60):
+        values = np.cumsum(random.uniform(0.5, 1.5, count))
+        values[: random.integers(3)] -= 1e6
+        values[count - random.integers(3) :] += 10.0 ** random.uniform(3, 7)
+        distance = np.abs(values - np.median(values))
+        reach = np.sort(distance)[count - max(1, count // 20) - 1]
+        near = distance <= reach
+        far = distance > max(1000 * np.ptp(values[near]), reach)
+        assert repair(values).rows.tolist() == np.flatnonzero(~far).tolist()
+
+
 def test_a_pause_of_a_day_is_a_gap_and_nothing_is_dropped():
     values = np.concatenate([np.arange(60), 8_640_000 + np.arange(40)]) / 100
     result = repair(values)

@@ -14,14 +14,18 @@ from PySide6.QtWidgets import (
     QComboBox,
     QDoubleSpinBox,
     QLabel,
+    QLineEdit,
     QListWidget,
     QMessageBox,
+    QProgressBar,
     QPushButton,
     QScrollArea,
 )
 from window_helpers import named
 
+from forcelab.demonstration import Channel
 from forcelab.formats.export import exporting
+from forcelab.formats.importing import importing
 from forcelab.formats.optoforce_packets import KINDS
 from forcelab.gui import import_dialog, settings
 from forcelab.gui.document import Document
@@ -117,6 +121,46 @@ def test_a_file_is_looked_at_in_the_background_and_imported_after_it(
     assert document.demonstration.name == "foam-01"
     dialog.close()
     jobs.close()
+
+
+def test_cancel_stops_an_import_half_way_and_the_dialog_stays(
+    document, open_on, until, tmp_path, monkeypatch
+):
+    long_table = tmp_path / "long.csv"
+    long_table.write_text(
+        "time,fx\n" + "".join(f"{n / 1000:.3f},{n % 7}\n" for n in range(300_000))
+    )
+    half, cancelled = threading.Event(), threading.Event()
+
+    def importing_until_cancelled(*given):
+        for progress in importing(*given):
+            yield progress
+            if not half.is_set() and progress.total > 3 and 2 * progress.done > progress.total:
+                half.set()
+                assert cancelled.wait(60)
+
+    monkeypatch.setattr(import_dialog, "importing", importing_until_cancelled)
+    monkeypatch.setattr("forcelab.formats.importing.SLOW", 0.0)
+    dialog = open_on(long_table)
+    bar = named(dialog, QProgressBar, "Progress of the import")
+    cancel = named(dialog, QPushButton, "Cancel the import")
+    assert cancel.isHidden()
+    QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
+    until(lambda: half.is_set() and 2 * bar.value() > bar.maximum())
+    assert cancel.isVisible()
+    assert bar.maximum() == long_table.stat().st_size
+    assert "reading long.csv" in bar.format()
+    QTest.mouseClick(cancel, Qt.MouseButton.LeftButton)
+    cancelled.set()
+    until(lambda: report(dialog) == "The import was cancelled.")
+    assert cancel.isHidden()
+    assert bar.isHidden()
+    assert document.infos == ()
+    assert files(dialog) == [str(long_table)]
+    monkeypatch.setattr(import_dialog, "importing", importing)
+    QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
+    until(lambda: document.id)
+    assert document.demonstration.name == "long"
 
 
 def test_delete_leaves_a_file_out_and_the_first_import_is_opened(document, dialog, until):
@@ -309,6 +353,28 @@ def test_files_are_looked_for_where_the_last_ones_were_chosen(dialog, tmp_path, 
     assert questions == [tmp_path, FOAM.parent]
 
 
+def test_what_is_typed_after_choosing_files_is_their_task(document, open_on, monkeypatch, until):
+    dialog = open_on()
+    monkeypatch.setattr(import_dialog, "ask_files", lambda *_: [FOAM])
+    (pick,) = [b for b in dialog.findChildren(QPushButton) if b.text() == "Choose files…"]
+    pick.setFocus()
+    pick.click()
+    QTest.keyClicks(dialog.focusWidget(), "foam")
+    QTest.keyClick(dialog.focusWidget(), Qt.Key.Key_Return)
+    until(lambda: document.id)
+    assert document.demonstration.task == "foam"
+    pick.click()  # the task of the next files is asked for again
+    assert dialog.focusWidget() is named(dialog, QComboBox, "Task")
+    dialog.focusWidget().setCurrentText("foam")
+    pick.click()
+    assert dialog.focusWidget() is import_button(dialog)
+
+
+def test_the_dialog_names_the_project_that_is_imported_into(document, dialog):
+    name = f"{document.project.path.name} (File > New project… begins another)"
+    assert any(label.text() == name and label.isVisible() for label in dialog.findChildren(QLabel))
+
+
 def test_labels_are_the_files_own_unless_a_coder_is_chosen(document, dialog, until):
     file_list(dialog).item(1).setSelected(True)
     file_list(dialog).actions()[0].trigger()
@@ -434,6 +500,38 @@ def test_a_counter_can_be_made_a_signal_and_a_signal_be_left_out(document, germa
     import_button(german).click()
     until(lambda: document.id)
     assert {channel.name for channel in document.demonstration.channels} == {"Kraft_x", "Paket"}
+
+
+def units_asked(dialog):
+    """The fields for units, by the columns' names; none while the column is hidden."""
+    table, columns = dialog.columns.table, dialog.columns.uses
+    if table.isColumnHidden(4):
+        return {}
+    cells = {column.name: table.cellWidget(row, 4) for row, column in enumerate(columns)}
+    return {name: cell.findChild(QLineEdit) for name, cell in cells.items() if cell is not None}
+
+
+def test_units_that_a_file_does_not_state_are_entered_and_remembered(
+    document, german, open_on, until, tmp_path
+):
+    assert list(units_asked(german)) == ["Kraft_x", "Taster"]
+    choose(german, "Taster", "left out")
+    until(lambda: list(units_asked(german)) == ["Kraft_x"])
+    QTest.keyClicks(units_asked(german)["Kraft_x"], " mN")
+    import_button(german).click()
+    until(lambda: document.id)
+    assert document.demonstration.channels == (Channel("Kraft_x", "mN"),)
+    again = tmp_path / "VP08.csv"
+    again.write_text(GERMAN.replace("08:", "09:"))
+    dialog = open_on(again)
+    assert units_asked(dialog)["Kraft_x"].text() == "mN"
+    assert "as was chosen for such a file before" in dialog.columns.heading.text()
+
+
+def test_a_file_that_states_all_its_units_is_not_asked_for_them(open_on, tmp_path):
+    path = tmp_path / "pull.csv"
+    path.write_text("time [s],fz [N]\n" + "".join(f"{n / 50},{n % 7}\n" for n in range(99)))
+    assert not units_asked(open_on(path))
 
 
 def test_without_its_times_a_table_goes_by_its_counter_and_rate(document, german, until):

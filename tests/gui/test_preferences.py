@@ -24,6 +24,8 @@ from window_helpers import PATIENCE, named, stored_rows
 
 from forcelab.errors import InputError
 from forcelab.gui import preferences, settings, theme
+from forcelab.gui.label.ruler import Ruler
+from forcelab.gui.label.tracks import AROUND
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.preferences import (
     HOLD_TIME,
@@ -205,6 +207,45 @@ def test_letters_grow_at_once_and_all_of_them(window, dialog, app):
     assert table.verticalHeader().defaultSectionSize() > 1.4 * table.fontMetrics().height()
     click(reset_of(dialog, "Text size"))
     assert dialog.search.font().pointSizeF() == size
+
+
+def test_plots_and_tracks_grow_with_the_letters(window, dialog, app):
+    label = window.label
+    label.document.open_demonstration(label.document.infos[0].id)
+    [ruler] = window.findChildren(Ruler)
+
+    def sizes():
+        app.processEvents()
+        axis = label.force._lane_axes[0]
+        return (
+            axis.style["tickFont"].pixelSize(),
+            axis.size().width(),
+            label.force.plot.left(),
+            ruler.height(),
+            ruler._numbers.style["tickFont"].pixelSize(),
+            label.tracks.minimumSizeHint().height() - 2 * AROUND,
+            label.overview.height(),
+            label.scalogram._frequencies.size().width(),
+        )
+
+    usual = sizes()
+    dialog.show_page("Appearance")
+    type_into(named(dialog, QDoubleSpinBox, "Text size"), "150")
+    assert sizes() == pytest.approx([1.5 * size for size in usual], abs=1)
+    type_into(named(dialog, QDoubleSpinBox, "Text size"), "200")
+    assert sizes() == pytest.approx([2.0 * size for size in usual], abs=1)
+    click(reset_of(dialog, "Text size"))
+    assert sizes() == usual
+
+
+def test_a_small_screen_holds_the_window_in_larger_letters(window, app):
+    window.document.open_demonstration(window.document.infos[0].id)
+    theme.use_text_size(app, 150)
+    for workspace in ("label", "review", "capture"):
+        window.show_workspace(workspace)
+        window.label.transport.frame.say("frame 1000", "frame 1000")
+        app.processEvents()
+        assert window.minimumSizeHint().width() <= 1024, workspace
 
 
 def test_the_hold_time_is_obeyed_by_the_keys_of_labels(window, dialog):

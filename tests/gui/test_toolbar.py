@@ -187,7 +187,7 @@ def test_one_key_marks_it_as_done_and_opens_the_next_that_is_not(window, answers
     press_done_and_next(window)
     assert name_of(window) == "04"
     assert messages[-1][0] == (
-        "'04' is marked as done; no other demonstration in the list is left."
+        "'04' is marked as done; no other demonstration in the list is left; F5 trains."
     )
     assert done_by_ann(window) == ["01", "02", "03", "04"]
     assert questions == []
@@ -280,7 +280,10 @@ def test_what_is_assigned_counts_as_done_once_it_is_marked(window, until):
 def test_in_the_list_commands_act_on_its_row(window, monkeypatch):
     view, asked = window.demonstrations.view, []
     monkeypatch.setattr(QInputDialog, "getText", lambda *what: asked.append(what[-1]) or ("", 0))
-    monkeypatch.setattr(QInputDialog, "getItem", lambda *_: ("Ben", True))
+    offered = []
+    monkeypatch.setattr(
+        QInputDialog, "getItem", lambda *what: offered.append(what[3]) or ("Ben", True)
+    )
     QTest.keyClick(window.label.tracks, Qt.Key.Key_F2)
     view.setFocus()
     QTest.keyClick(view, Qt.Key.Key_Down)
@@ -292,3 +295,4 @@ def test_in_the_list_commands_act_on_its_row(window, monkeypatch):
     assigned = window.document.project.coding.assignments("Ben")
     ids = [info.id for info in window.document.infos]
     assert [ids.index(item.demonstration) for item in assigned] == [1, 2]
+    assert offered == [["Ben", "Ann"]]  # mostly to somebody else

@@ -21,6 +21,7 @@ from forcelab.gui.capture.live_model import (
 )
 from forcelab.gui.figures import text
 from forcelab.gui.file_dialogs import ask_file
+from forcelab.gui.kit import text_size
 from forcelab.gui.label.swatches import paint_swatch, style_of
 from forcelab.gui.layout import fill_layout, set_enabled_with_reason
 from forcelab.gui.theme import colours, themes
@@ -58,9 +59,10 @@ class CurrentAction(QWidget):
         """As high as the bars need, within bounds."""
         loaded = self._controller.live_model.loaded
         count = 0 if loaded is None else len(loaded.recogniser.actions)
-        columns = max(1, (max(self.width(), 480) - LARGE) // CELL)
+        row, cell, large = (round(text_size.pixels(length)) for length in (ROW, CELL, LARGE))
+        columns = max(1, (max(self.width(), 480) - large) // cell)
         rows = min(max(-(-count // columns), FEWEST), MOST)
-        return QSize(480, rows * ROW + 2)
+        return QSize(480, rows * row + 2)
 
     def minimumSizeHint(self) -> QSize:
         """Narrow, but as high as it is."""
@@ -104,10 +106,13 @@ class CurrentAction(QWidget):
             self.setAccessibleName(f"Current action: {action or 'unlabelled'}")
 
     def _paint_action(self, painter: QPainter, action: str, explained: str) -> None:
-        box = QRectF(0, 1, LARGE - 16, self.height() - 2)
-        swatch = QRectF(box.left(), box.center().y() - 15, 30, 30)
+        box, side = (
+            QRectF(0, 1, text_size.pixels(LARGE) - 16, self.height() - 2),
+            text_size.pixels(30),
+        )
+        swatch = QRectF(box.left(), box.center().y() - side / 2, side, side)
         theme = colours()
-        face = text.font(22.0, bold=True)
+        face = text_size.font(22.0, bold=True)
         if action:
             paint_swatch(painter, swatch, style_of(self._controller.display_vocabulary, action))
         else:
@@ -117,9 +122,9 @@ class CurrentAction(QWidget):
         room = box.right() - swatch.right() - 10
         label = text.elided(action, face, room) if action else "unlabelled"
         ink = QColor(theme.text if action else theme.muted)
-        face = face if action else text.font(14.0)
+        face = face if action else text_size.font(14.0)
         text.draw_text(painter, swatch.right() + 10, swatch.center().y(), label, face=face, ink=ink)
-        face, below = text.font(10.0), swatch.bottom() + 4
+        face, below = text_size.font(10.0), swatch.bottom() + 4
         label = text.elided(explained, face, room)
         text.draw_text(
             painter, swatch.right() + 10, below, label, face=face, ink=QColor(theme.muted)
@@ -130,21 +135,22 @@ class CurrentAction(QWidget):
     ) -> None:
         """Name, bar and number of each action, in columns."""
         theme, vocabulary = colours(), self._controller.display_vocabulary
-        rows = max(1, (self.height() - 2) // ROW)
-        columns = min(max(1, (self.width() - LARGE) // CELL), -(-len(actions) // rows))
+        row, cell, large = (round(text_size.pixels(length)) for length in (ROW, CELL, LARGE))
+        rows = max(1, (self.height() - 2) // row)
+        columns = min(max(1, (self.width() - large) // cell), -(-len(actions) // rows))
         rows = min(rows, -(-len(actions) // columns))  # all columns of like height
-        width = min((self.width() - LARGE) / columns, WIDEST)
-        begin = (self.height() - rows * ROW) / 2
-        face = text.font(10.0)
+        width = min((self.width() - large) / columns, text_size.pixels(WIDEST))
+        begin = (self.height() - rows * row) / 2
+        face = text_size.font(10.0)
         number = text.width("100 %", face) + 14
         named = min(text.widest(actions, face) + 8, 0.55 * (width - number))
         for i, action in enumerate(actions[: rows * columns]):
-            left, top = LARGE + (i // rows) * width, begin + (i % rows) * ROW
+            left, top = large + (i // rows) * width, begin + (i % rows) * row
             share = probabilities[i] if i < len(probabilities) else 0.0
-            middle = top + ROW / 2
+            middle = top + row / 2
             name = text.elided(action, face, named - 4)
             text.draw_text(painter, left, middle, name, face=face, ink=QColor(theme.text))
-            bar = QRectF(left + named, top + 4, width - named - number - 4, ROW - 8)
+            bar = QRectF(left + named, top + 4, width - named - number - 4, row - 8)
             painter.fillRect(bar, QColor(theme.grid))
             style = style_of(vocabulary, action)
             full = QRectF(bar.left(), bar.top(), bar.width() * share, bar.height())

@@ -181,12 +181,13 @@ class FrameCounter(QWidget):
     """A text that changes with every frame: it is drawn anew, and nothing around it.
 
     A label asks for another layout of its window each time, which takes longer than all panels.
+    Where there is no room for the whole text, there is none of it.
     """
 
     def __init__(self) -> None:
         super().__init__()
         self._text = self._widest = ""
-        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Preferred)
+        self.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Preferred)
 
     def text(self) -> str:
         return self._text
@@ -205,7 +206,12 @@ class FrameCounter(QWidget):
         wide = self.fontMetrics().horizontalAdvance(self._widest) + 2 if self._widest else 0
         return QSize(wide, self.fontMetrics().height())
 
+    def minimumSizeHint(self) -> QSize:
+        return QSize(0, self.fontMetrics().height())
+
     def paintEvent(self, event: QPaintEvent) -> None:
+        if self.width() < self.fontMetrics().horizontalAdvance(self._text):
+            return
         with QPainter(self) as painter:
             painter.setPen(self.palette().color(self.foregroundRole()))
             middle = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter

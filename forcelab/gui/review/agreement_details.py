@@ -26,6 +26,7 @@ from forcelab.gui.figures.colormap import colormap_colour
 from forcelab.gui.figures.text import NAMES, ink_on
 from forcelab.gui.figures.tracks import LabelStyle
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable
+from forcelab.gui.kit import text_size
 from forcelab.gui.kit.plot import Bars, Plot
 from forcelab.gui.label.swatches import paint_swatch, style_of
 from forcelab.gui.layout import copyable, emphasise
@@ -150,7 +151,8 @@ class OffsetHistogram(Plot):
 
     @property
     def margins(self) -> tuple[float, float, float, float]:
-        return 2.0 * CHART_MARGIN, 1.2 * self.fontMetrics().height(), 2.0 * CHART_MARGIN, 36.0
+        above, below = 1.2 * self.fontMetrics().height(), text_size.pixels(36)
+        return 2.0 * CHART_MARGIN, above, 2.0 * CHART_MARGIN, below
 
     def redraw(self) -> None:
         self.clear()

@@ -50,6 +50,7 @@ from forcelab.gui.figures.figure import LIGHT, Figure
 from forcelab.gui.file_dialogs import ask_picture, save_picture
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable, as_tsv, copy_text
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.kit import text_size
 from forcelab.gui.kit.plot import PlotView
 from forcelab.gui.layout import (
     PageOrPlaceholder,
@@ -187,7 +188,7 @@ class MatrixCanvas(PlotView):
         if figure is None or figure.actions != actions:
             self.focus, self.chosen, self._hovered = (0, 0), None, None
         if figure is not None:
-            size = figure.size
+            size = figure.size * text_size.scale()
             self.setFixedSize(QSize(int(size.width()), int(size.height())))
         self.invalidate()
 
@@ -242,23 +243,32 @@ class MatrixCanvas(PlotView):
 
     def paint_background(self, painter: QPainter) -> None:
         if self.figure is not None:
+            painter.save()
+            painter.scale(text_size.scale(), text_size.scale())
             self.figure.draw(painter)
+            painter.restore()
 
     def paint_foreground(self, painter: QPainter) -> None:
         """Draw frames around the cells that are pointed at and chosen."""
         if self.figure is not None and self._hovered is not None:
-            self._frame(painter, self.figure.box(*self._hovered), 1.0)
+            self._frame(painter, self._cell_box(self._hovered), 1.0)
         if self.figure is not None and self.chosen is not None:
-            self._frame(painter, self.figure.box(*self.chosen), 2.0)
+            self._frame(painter, self._cell_box(self.chosen), 2.0)
 
     def paint_focus(self, painter: QPainter) -> None:
         if self.figure is not None:
-            self._frame(painter, self.figure.box(*self.focus), 2.0, dashed=True)
+            self._frame(painter, self._cell_box(self.focus), 2.0, dashed=True)
 
     # Inside
 
     def _cell_at(self, point: QPointF) -> Cell | None:
-        return None if self.figure is None else self.figure.cell_at(point)
+        return None if self.figure is None else self.figure.cell_at(point / text_size.scale())
+
+    def _cell_box(self, cell: Cell) -> QRectF:
+        """A cell in pixels of the view: the figure is painted at the text size."""
+        assert self.figure is not None
+        box, scale = self.figure.box(*cell), text_size.scale()
+        return QRectF(box.topLeft() * scale, box.size() * scale)
 
     def _pick(self, cell: Cell, *, by_key: bool) -> None:
         self.chosen = cell
@@ -278,7 +288,7 @@ class MatrixCanvas(PlotView):
         viewport = self.parentWidget()
         area = None if viewport is None else viewport.parentWidget()
         if isinstance(area, QScrollArea) and self.figure is not None:
-            spot = self.figure.box(*self.focus).center()
+            spot = self._cell_box(self.focus).center()
             area.ensureVisible(int(spot.x()), int(spot.y()), 40, 40)
 
     def _frame(self, painter: QPainter, box: QRectF, width: float, *, dashed: bool = False) -> None:
@@ -486,6 +496,11 @@ class ConfusionView(QWidget):
         if self.cells is None:
             self._run = None
 
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.FontChange and self.isVisible():
+            self._draw()
+
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self._draw()
@@ -590,7 +605,8 @@ class ConfusionView(QWidget):
     def _draw(self) -> None:
         if self.cells is None or not self.isVisible() or not self.cells.actions:
             return
-        figure = fit_figure(self._figure(headed=False), self._area.maximumViewportSize())
+        room = self._area.maximumViewportSize() / text_size.scale()
+        figure = fit_figure(self._figure(headed=False), room)
         self.canvas.show_figure(figure)
         self._describe_cell(self.canvas.chosen or self.canvas.focus)
 

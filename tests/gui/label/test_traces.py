@@ -429,7 +429,7 @@ def test_in_low_lanes_what_the_gutter_says_does_not_overlap(panel, monkeypatch, 
 
     def record(painter, x, y, line, *, face, align=0.0, **more):
         wide = text.width(line, face)
-        if x < panel.GUTTER:
+        if x < panel.gutter:
             box = QRectF(x - align * wide, y - 4, wide, 8)
             boxes.append((line, painter.worldTransform().mapRect(box)))
         put(painter, x, y, line, face=face, align=align, **more)
@@ -441,7 +441,7 @@ def test_in_low_lanes_what_the_gutter_says_does_not_overlap(panel, monkeypatch, 
     picture(panel)
     assert len(boxes) >= 2 * len(NAMES) - 1
     for i, (line, box) in enumerate(boxes):
-        assert box.right() <= panel.GUTTER, line
+        assert box.right() <= panel.gutter, line
         assert not [other for other, earlier in boxes[:i] if box.intersects(earlier)], line
 
 

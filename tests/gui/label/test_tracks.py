@@ -270,7 +270,7 @@ def test_what_to_do_with_a_marked_range_is_said_and_an_action_can_be_new(
     document, hand, panel, messages
 ):
     hand.drag(3.5, 4.25)
-    sentence = "Choose an action for the marked range, here or under Actions."
+    sentence = "Choose an action for the marked range, or press its key; Esc shuts the list."
     assert messages == [(sentence, False)]
     assert "Erase the range" not in entries(panel.menu), "there is nothing in it"
     entries(panel.menu)["Another action…"].trigger()

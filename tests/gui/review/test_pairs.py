@@ -192,6 +192,25 @@ def test_marks_stand_only_where_both_differ_and_what_is_missed_is_thinner(shown)
     assert 0 < thickness(8.5) < thickness(3.5)
 
 
+@pytest.mark.parametrize("percent", [80, 130, 200])
+def test_pairs_grow_with_the_text_and_a_click_still_meets_its_time(app, shown, study, percent):
+    view = shown()
+    try:
+        theme.use_text_size(app, percent)
+        shown.settle(view)
+        scale = percent / 100
+        assert view.area.arrangement.width == view.area.viewport().width() / scale
+        image = view.area.viewport().grab().toImage()
+        for time, action in ((2.4, "grab"), (4.5, "hold"), (7.5, "release")):
+            point = spot(view, 0, time) * scale
+            seen = image.pixelColor((point * image.devicePixelRatio()).toPoint())
+            assert np.abs(np.array(seen.getRgb()[:3]) - rgb(VOCABULARY[action].colour)).max() <= 4
+            click(view, point)
+            assert study.review.examined.human == action
+    finally:
+        theme.use_text_size(app, 100)
+
+
 def test_the_legend_is_in_the_order_of_the_keys(shown, study):
     results = [reviewed(i.id, i.name) for i in study.infos]
     results[0] = reviewed(study.infos[0].id, "d 1", human=(Segment(0.1, 0.4, "slip"), *HUMAN))

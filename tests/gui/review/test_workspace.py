@@ -316,6 +316,12 @@ def test_another_task_has_its_own_run(study, open_window, until):
     until(lambda: window.settled)
     assert window.document.review.run is None
     assert not pairs.area.entries
+    obstacle = window.review.obstacles()["next_review"]
+    assert obstacle() == "There is nothing to review yet; train first, with F5."
+    window.document.review.set_training(True)
+    sentence = "A recogniser is being trained; there is something to review when it is."
+    assert obstacle() == sentence
+    window.document.review.set_training(False)
     trainer.set_task("foam")
     until(lambda: window.document.review.run is not None and not window.jobs.busy)
     assert len(pairs.area.entries) == 4
