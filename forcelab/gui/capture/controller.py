@@ -25,7 +25,7 @@ from forcelab.gui.capture.connection import (
     discard_recording,
     recover_recordings,
 )
-from forcelab.gui.capture.live_model import LiveModelController
+from forcelab.gui.capture.recognition_controller import RecognitionController
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.shortcuts import keys
@@ -149,8 +149,8 @@ class CaptureController(QObject):
         #: The time of the last tick, on the host's monotonic clock.
         self.now = 0.0
         self.connection = Connection()
-        self.live_model = LiveModelController(self.connection, document, jobs, self)
-        self.changed.connect(lambda: self.live_model.set_connected(self.connected))
+        self.recognition = RecognitionController(self.connection, document, jobs, self)
+        self.changed.connect(lambda: self.recognition.set_connected(self.connected))
         #: Of the recording that runs or ran last.
         self.marks = LiveMarks()
         #: Of the next recording; without a name it gets the task and the next number.
@@ -211,7 +211,7 @@ class CaptureController(QObject):
     @property
     def display_vocabulary(self) -> Vocabulary:
         """The task's actions, and those that the recogniser knows besides."""
-        loaded = self.live_model.loaded
+        loaded = self.recognition.loaded
         if loaded is None:
             return self.vocabulary
         return self.vocabulary.with_actions(*loaded.recogniser.actions, like=self._other_actions)
@@ -219,7 +219,7 @@ class CaptureController(QObject):
     def set_visible(self, visible: bool) -> None:
         """Tick 30 times a second, or only look after alarms."""
         self._timer.setInterval(FRAME_MS if visible else HIDDEN_MS)
-        self.live_model.visible = visible
+        self.recognition.visible = visible
 
     def add_message(self, message: str, problem: bool = False) -> None:
         """Show a message on the page and in the status line."""
