@@ -22,6 +22,7 @@ BRICK = (0xD6, 0x3A, 0x2F)
 CAP = (0x6A, 0x4C, 0x93)
 SKIN = (0xE3, 0xB1, 0x8C)
 SPARK = (0xFF, 0xD2, 0x1F)
+STREAK = (0x0F, 0x5C, 0x73)
 CAMERA = Camera(offset=-0.2, drift=40e-6, jitter=4e-4, late=3, tail=0.1, seed=5)
 
 
@@ -235,6 +236,20 @@ def test_a_twist_that_turns_nothing_yet_is_seen():
     # The arms run ahead the way in which the tongs then turn: the right one comes nearer.
     assert feet(strained) >= 6
     assert feet(picture(performance, 2.3)) > 0
+
+
+def test_streaks_are_drawn_only_while_the_domes_slide():
+    performance = staged("stylus", taps=())
+    motion, stage = performance.motion, Stage(performance)
+
+    def streaks(time):
+        return near(stage.frame(time), STREAK, 8).sum()
+
+    sliding = [3.0, 3.1, 3.2]
+    assert (at(motion, np.gradient(motion.tongs[:, 1], motion.times), sliding) > 0.02).all()
+    assert min(streaks(time) for time in sliding) > 15
+    # Open, gripping, held, and free again.
+    assert max(streaks(time) for time in (0.5, 1.45, 2.0, 4.6)) == 0
 
 
 @pytest.mark.parametrize("task", SCENES)
