@@ -308,7 +308,9 @@ def test_a_page_is_reset_and_no_other(dialog):
     assert THEME.value == "dark"
 
 
-def test_the_coder_is_changed_and_reset(window, dialog, monkeypatch):
+def test_the_coder_is_changed_and_reset_while_there_is_a_project(
+    window, dialog, hovered, monkeypatch
+):
     monkeypatch.setattr("getpass.getuser", lambda: "grace")
     box = named(dialog, QComboBox, "Coder")
     assert box.currentText() == "Ann"
@@ -316,19 +318,16 @@ def test_the_coder_is_changed_and_reset(window, dialog, monkeypatch):
     assert (window.document.author, box.currentText()) == ("Grace", "Grace")
     assert settings.coder(window.document.project.path) == "Grace"
     assert not reset_of(dialog, "You label as").isEnabled()
-
-
-def test_what_belongs_to_a_project_waits_for_one(window, dialog, hovered):
+    # What belongs to a project waits for one.
     automatic = named(dialog, QCheckBox, "Train automatically")
-    coder = named(dialog, QComboBox, "Coder")
     dialog.show_page("Training")
     click(automatic)
     assert window.review.trainer.automatic
     window.document.close()
     assert not automatic.isEnabled()
-    assert not coder.isEnabled()
+    assert not box.isEnabled()
     dialog.show_page("Coder")
-    assert hovered(coder.parentWidget()) == "Open a project first."
+    assert hovered(box.parentWidget()) == "Open a project first."
 
 
 def test_a_task_without_settings_of_its_own_follows_the_preset(window, dialog):

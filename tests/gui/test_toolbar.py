@@ -116,9 +116,8 @@ def test_what_cannot_be_done_is_grey_and_says_why(window, hovered, until):
     until(lambda: not button(window, "done_and_next").isEnabled())
     assert "go to Label or Review" in hovered(button(window, "done_and_next"))
     assert button(window, "import").isEnabled()
-
-
-def test_a_tooltip_names_the_key_that_counts(window):
+    # Where nothing is in the way, it says what it does, and the key that counts.
+    window.show_workspace("label")
     assert button(window, "split").toolTip() == "Split the segment at the cursor (Ctrl+B)"
     keys().set_keys("split", ["F8"])
     assert button(window, "split").toolTip() == "Split the segment at the cursor (F8)"
@@ -246,8 +245,13 @@ def test_a_blind_coder_is_asked_and_sees_nothing_on_the_way(window, answers):
     assert document.other_tracks == {"Ben": HIS}
 
 
-def test_where_the_next_cannot_be_opened_that_is_said(window, monkeypatch):
+def test_where_the_next_cannot_be_opened_or_nothing_be_stored_that_is_said(window, monkeypatch):
     document, messages = window.document, status_messages(window.document)
+    with monkeypatch.context() as reading:
+        reading.setattr(document.project._db, "_refusal", "It may only be read here.")
+        press_done_and_next(window)
+    assert name_of(window) == "01"
+    assert "may only be read here" in messages[-1][0]
 
     def fail(_):
         raise ForcelabError("'02' is damaged.")
@@ -257,14 +261,6 @@ def test_where_the_next_cannot_be_opened_that_is_said(window, monkeypatch):
     assert document.demonstration.name == "01"
     assert ("'02' is damaged.", True) in messages
     assert "is marked" not in messages[-1][0]
-
-
-def test_a_project_that_can_only_be_read_stays_where_it_is(window, monkeypatch):
-    messages = status_messages(window.document)
-    monkeypatch.setattr(window.document.project._db, "_refusal", "It may only be read here.")
-    press_done_and_next(window)
-    assert name_of(window) == "01"
-    assert "may only be read here" in messages[-1][0]
 
 
 def test_what_is_assigned_counts_as_done_once_it_is_marked(window, until):

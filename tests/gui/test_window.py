@@ -351,16 +351,12 @@ def test_what_was_painted_is_no_longer_said_of_another_demonstration(window):
     assert "last demonstration" in bar.currentMessage()
 
 
-def test_what_a_menu_s_entry_does_is_not_said_like_trouble(window, app):
+def test_the_status_line_shows_trouble_as_such_in_either_theme(window, app):
     bar = window.statusBar()
     bar.say("It went wrong.", trouble=True)
-    app.sendEvent(window, QStatusTipEvent("New project"))
+    app.sendEvent(window, QStatusTipEvent("New project"))  # of an entry of a menu
     assert bar.currentMessage() == "New project"
     assert bar.palette().color(QPalette.ColorRole.WindowText) == QColor(colours().text)
-
-
-def test_what_the_status_line_says_follows_a_change_of_theme(window, app):
-    bar = window.statusBar()
     try:
         for trouble in (False, True):
             window.commands["theme_light"].trigger()
@@ -467,16 +463,13 @@ def test_actions_are_listed_where_there_is_a_demonstration(window, tmp_path):
     assert (view.list.isVisible(), view.nothing.isVisible()) == (False, True)
 
 
-def test_back_in_label_the_keyboard_paints(window, app):
+def test_back_in_label_the_keyboard_paints_and_who_goes_through_a_list_stays_in_it(window, app):
     """Not: chooses another coder, whose box was next in the order of Tab."""
     window.show_workspace("review")
     app.processEvents()
     window.show_workspace("label")
     app.processEvents()
     assert window.focusWidget() is window.label.tracks
-
-
-def test_who_goes_through_a_list_of_the_review_stays_in_it(window, app):
     window.show_workspace("review")
     window.activateWindow()
     queue = window.review.workspace.queue.list

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QMessageBox, QTabWidget
 from window_helpers import status_messages
 
 from forcelab.capture.journal import read_journal
-from forcelab.capture.save import save
+from forcelab.capture.save import save, unfinished_journals
 from forcelab.gui.capture.controller import CaptureState
 from forcelab.project import Project
 
@@ -84,6 +84,7 @@ def test_who_closes_the_window_while_recording_is_asked(window, recording, study
     texts = answer(monkeypatch, QMessageBox.ButtonRole.AcceptRole)
     window.close()
     assert not window.isVisible()
+    assert unfinished_journals(study) == ()
     with Project.open(study) as project:
         assert [info.name for info in project.demonstrations.infos()] == ["LEGO 01"]
 

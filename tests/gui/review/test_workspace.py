@@ -122,14 +122,6 @@ def test_the_pairs_on_screen_are_those_of_evaluate(
         assert not entry.edited
 
 
-def test_opening_a_project_shows_its_last_run(study, open_window):
-    window = open_window(study)
-    run = window.document.review.run
-    assert (run.number, run.tasks) == (1, ("foam",))
-    assert run.settings.seed == 1
-    assert run.proposer in window.document.other_tracks
-
-
 def test_timeline_and_video_are_lent_and_come_back(study, open_window, until, rested):
     window = open_window(study, demonstration="foam 01")
     label = window.label
@@ -308,9 +300,14 @@ def test_a_demonstration_without_video_has_no_room_for_one(study, open_window, u
     assert window.label.video.isVisible()
 
 
-def test_another_task_has_its_own_run(study, open_window, until):
+def test_opening_a_project_shows_its_last_run_and_another_task_has_its_own(
+    study, open_window, until
+):
     window = open_window(study, "review")
-    trainer = window.review.trainer
+    run, trainer = window.document.review.run, window.review.trainer
+    assert (run.number, run.tasks) == (1, ("foam",))
+    assert run.settings.seed == 1
+    assert run.proposer in window.document.other_tracks
     pairs = window.review.workspace.pairs
     assert len(pairs.area.entries) == 4
     trainer.set_task("soft")
