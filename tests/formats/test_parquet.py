@@ -15,13 +15,7 @@ from forcelab.cli import main
 from forcelab.errors import InputError
 from forcelab.formats import identify, parquet, preview
 from forcelab.formats.recording import ReadOptions
-from tests.formats.column_files import (
-    NOON,
-    forces,
-    whole_arrow,
-    wobbling_stamps,
-    write_arrow,
-)
+from tests.formats.column_files import NOON, forces, whole_arrow, wobbling_stamps, write_arrow
 
 SUFFIXES = ["parquet", "feather", "arrow"]
 
