@@ -15,13 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from forcelab.capture import emulator
-from forcelab.capture.emulator import (
-    Readings,
-    SamplingRun,
-    Source,
-    VirtualSampler,
-    build_packets,
-)
+from forcelab.capture.emulator import Readings, SamplingRun, Source, VirtualSampler, build_packets
 
 #: Seconds after which a thread that does not answer is taken for broken.
 PATIENCE = 10.0

@@ -298,6 +298,25 @@ def test_an_import_that_is_killed_while_it_writes_changes_nothing(tmp_path, proj
     assert import_files(project, files).count("new") == 3
 
 
+def test_an_import_that_is_interrupted_while_it_writes_changes_nothing(
+    tmp_path, project, monkeypatch
+):
+    def interrupted(home, staged):
+        move(home, staged)
+        moved.append(home)
+        if len(moved) == 2:
+            raise KeyboardInterrupt
+
+    import_files(project, [table(tmp_path / "z.csv", 1)])
+    before, homes = contents(project), [*(project / "demonstrations").iterdir()]
+    files = [table(tmp_path / f"{name}.csv", ord(name)) for name in "abc"]
+    move, moved = store_files.move_into, []
+    monkeypatch.setattr(store_files, "move_into", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        import_files(project, files)
+    assert (contents(project), [*(project / "demonstrations").iterdir()]) == (before, homes)
+
+
 def test_importing_again_without_saying_it_once_more_keeps_task_and_rate(tmp_path, project):
     file = table(tmp_path / "a.csv", 1)
     import_files(project, [file], ReadOptions(task="foam", rate=250.0))
