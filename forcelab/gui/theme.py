@@ -89,7 +89,17 @@ DARK = Colours(
 
 
 #: Widgets that get a frame of their own (:func:`framed`).
-FRAMED = ("QAbstractSpinBox", "QComboBox", "QCheckBox", "QRadioButton")
+FRAMED = (
+    "QAbstractSpinBox",
+    "QComboBox",
+    "QCheckBox",
+    "QRadioButton",
+    "QListView",
+    "QTableView",
+    "QTreeView",
+    "QTextEdit",
+    "QPlainTextEdit",
+)
 
 
 class _Themes(QObject):

@@ -523,3 +523,22 @@ def test_accuracy_and_speed_is_a_page_that_its_key_and_the_old_name_open(open_wi
     window.show_workspace("label")
     window.commands["workspace_tradeoff"].trigger()
     assert window.review.workspace.tradeoff.isVisible()
+
+
+def test_without_a_run_and_a_demonstration_the_bar_stays_at_the_top(app, open_window, tmp_path):
+    path = tmp_path / "new.forcelab"
+    with Project.create(path) as project:
+        ((demonstration, segments),) = synthetic_set(1, 100.0)
+        project.demonstrations.add(demonstration, [Track("Ada", segments)])
+    window = open_window(path, "review", "a name of none")
+    app.processEvents()
+    workspace = window.review.workspace
+    assert window.document.demonstration is None
+    assert workspace.bar.height() <= workspace.bar.sizeHint().height() + 2
+    assert workspace.lists.height() > workspace.height() / 2
+    heights = []
+    for name in (demonstration.name, "none again", demonstration.name):
+        window.begin(LaunchOptions(project=path, workspace="review", demonstration=name))
+        app.processEvents()
+        heights.append(workspace.pairs.height())
+    assert heights[0] == heights[2] < heights[1]
