@@ -3,7 +3,7 @@ import pytest
 
 from forcelab.errors import InputError
 from forcelab.recognition.clusters import cluster, compare_wavelets, trapezoid
-from forcelab.signals.wavelets import DOG, Haar, Morlet, RealMorlet
+from forcelab.signals.wavelets import Morlet
 
 TIMES, SIGNAL = trapezoid()
 RISE, FALL = (TIMES > 2.1) & (TIMES < 2.9), (TIMES > 5.1) & (TIMES < 5.9)
@@ -43,23 +43,11 @@ def test_with_phase_each_flank_and_the_hold_is_one_cluster_of_its_own():
     assert set().union(*each) == {0, 1, 2, 3}
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
-def test_the_finding_does_not_hang_on_the_seed(seed):
-    found = compare_wavelets(SIGNAL, seed=seed)
-    assert confused(found[0].codes) == 0.0
-    assert all(confused(c.codes) > 0.9 for c in found[1:])
-
-
 def test_the_finding_survives_noise():
     noisy = SIGNAL + 0.02 * np.random.default_rng(1).standard_normal(len(SIGNAL))
     found = compare_wavelets(noisy)
     assert confused(found[0].codes) < 0.05
     assert all(confused(c.codes) > 0.85 for c in found[1:])
-
-
-@pytest.mark.parametrize("wavelet", [DOG(1), DOG(3), RealMorlet(), Haar()])
-def test_no_magnitude_of_a_real_wavelet_tells_rising_from_falling(wavelet):
-    assert confused(cluster(SIGNAL, wavelet, phase=False)) > 0.9
 
 
 def test_the_unit_of_the_force_does_not_matter():

@@ -22,7 +22,7 @@ from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.label_map import MergeMap
-from forcelab.labels import Segment, from_codes, to_codes
+from forcelab.labels import Segment
 from forcelab.recognition import cross_validation
 from forcelab.recognition import groups as grouping
 from forcelab.recognition.cross_validation import (
@@ -113,38 +113,6 @@ def test_an_action_of_a_single_group_is_remarked_on(six):
     assert not any("juggle" in r for r in finish(leave_one_out_job(items, FAST)).remarks)
 
 
-def test_what_the_human_saw_is_kept_beside_the_prediction(six, evaluation):
-    for item, tested in zip(six, evaluation.tested, strict=True):
-        expected = to_codes(item.segments, item.demonstration.times, tested.actions)
-        np.testing.assert_array_equal(tested.human, expected)
-        assert tested.result.predicted == from_codes(tested.filtered, tested.times, tested.actions)
-        assert tested.id == item.demonstration.id
-
-
-def test_labels_of_the_held_out_demonstration_have_no_bearing_on_its_prediction(six, evaluation):
-    for i, actions in enumerate([["hold"] * 5, ["juggle", "still", "grab", "juggle", "hold"]]):
-        poisoned = [*six[:i], relabelled(six[i], actions), *six[i + 1 :]]
-        again = finish(leave_one_out_job(poisoned, FAST)).tested[i]
-        for which in ("raw", "filtered"):
-            before = as_actions(evaluation.tested[i], which)
-            np.testing.assert_array_equal(as_actions(again, which), before)
-        assert not np.array_equal(
-            as_actions(again, "human"), as_actions(evaluation.tested[i], "human")
-        )
-
-
-def test_labels_without_a_meaning_are_recognised_no_better_than_by_chance(six, evaluation):
-    random = np.random.default_rng(0)
-    shuffled = [
-        relabelled(item, random.permutation(SYNTHETIC_ACTIONS)[[0, 1, 2, 3, 0]]) for item in six
-    ]
-    chance = finish(leave_one_out_job(shuffled, RAW)).scores("raw")[0]
-    scores = evaluation.scores("raw")[0]
-    assert chance.balanced_accuracy < 0.4
-    assert scores.balanced_accuracy > 0.8
-    assert scores.accuracy > 0.8
-
-
 def test_two_evaluations_of_one_seed_differ_in_their_run_times_only(six):
     settings = FAST.replace(classifier="decision-tree", seed=3)
     first, second = (finish(leave_one_out_job(six[:3], settings)) for _ in range(2))
@@ -167,14 +135,14 @@ from factories import labelled_set
 from forcelab.jobs import finish
 from forcelab.recognition.cross_validation import leave_one_out_job
 from forcelab.recognition.settings import Settings
-items = labelled_set(3, rate=100.0)
+items = labelled_set(2, rate=100.0)
 settings = Settings.from_json(json.loads(sys.argv[1]))
 print(json.dumps(finish(leave_one_out_job(items, settings, jobs=2)).to_json()))
 """
 
 
 def test_two_processes_give_what_one_gives_to_the_bit_and_the_program_ends(six):
-    settings = FAST.replace(classifier="mlp", stride=20)
+    settings = FAST.replace(classifier="mlp", stride=40)
     done = subprocess.run(
         [sys.executable, "-W", "error", "-c", SCRIPT, json.dumps(settings.to_json())],
         cwd=ROOT,
@@ -187,7 +155,7 @@ def test_two_processes_give_what_one_gives_to_the_bit_and_the_program_ends(six):
     assert (done.returncode, done.stderr) == (0, "")
     apart = json.loads(done.stdout)
     del apart["seconds"]
-    assert apart == without_seconds(finish(leave_one_out_job(six[:3], settings)))
+    assert apart == without_seconds(finish(leave_one_out_job(six[:2], settings)))
 
 
 # --- refusals and remarks -----------------------------------------------------------------------
@@ -313,15 +281,6 @@ def test_gaps_that_the_decoder_looks_through_are_told(six):
     assert remark.startswith("Decoded as time of which nothing is known")
     assert "2 gaps of up to 0.3 s" in remark
     assert not any("gap" in r for r in finish(leave_one_out_job(items, FAST)).remarks)
-
-
-def test_scores_of_different_grids_count_the_same_samples(six):
-    fine, coarse = (
-        finish(leave_one_out_job(six[:3], settings)) for settings in (RAW, RAW.replace(rate=50.0))
-    )
-    counted = [np.sum(result.scores("raw")[0].confusion) for result in (fine, coarse)]
-    assert counted[0] == counted[1]
-    assert (fine.rate, coarse.rate) == (pytest.approx(100.0), pytest.approx(50.0))
 
 
 def test_a_demonstration_that_is_there_twice_is_refused(six):
@@ -508,13 +467,6 @@ def test_scores_are_those_of_the_codes_and_pooling_counts_samples(evaluation):
         assert pooled["accuracy"] == right / sum(c.sum() for c in singles)
     assert result["raw"]["pooled"]["coverage"] == 1.0
     assert result["filtered"]["pooled"]["coverage"] < 1.0
-
-
-def test_an_evaluation_says_what_is_needed_to_repeat_it(six, evaluation):
-    result = evaluation.to_json()
-    assert {"forcelab", "python", "numpy", "scikit-learn"} <= set(result["versions"])
-    ids = [item.demonstration.id for item in six]
-    assert any(value == ids for value in result.values())
 
 
 # --- real recordings ----------------------------------------------------------------------------

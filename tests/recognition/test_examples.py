@@ -47,16 +47,6 @@ def with_gap(item, start, seconds):
     return replace(item, demonstration=replace(old, times=times))
 
 
-def test_every_time_step_has_the_features_of_all_channels_and_scales():
-    item = labelled()
-    examples = prepare_examples(item, SMALL)
-    assert examples.channels == ("tangential 1", "tangential 2", "normal 1", "normal 2")
-    assert examples.features.shape == (len(item.demonstration.times), 2 * 4 * 4)
-    assert prepare_examples(item, SMALL.replace(phase=False)).features.shape[1] == 4 * 4
-    np.testing.assert_array_equal(examples.times, item.demonstration.times)
-    assert examples.valid.all()
-
-
 @pytest.mark.parametrize(
     "settings", [SMALL, preset("best"), preset("fast")], ids=["paper", "best", "fast"]
 )
@@ -93,15 +83,6 @@ def test_wavelets_stand_behind_the_windows_where_both_are_wanted():
         assert abs(np.log(chosen / own)) == pytest.approx(others.min())
 
 
-def test_channels_come_in_the_order_they_were_asked_for():
-    item = labelled()
-    everything = prepare_examples(item, SMALL).features
-    chosen = prepare_examples(item, SMALL.replace(channels=("normal 2", "tangential 1")))
-    assert chosen.channels == ("normal 2", "tangential 1")
-    np.testing.assert_array_equal(chosen.features[:, :4], everything[:, 12:16])
-    np.testing.assert_array_equal(chosen.features[:, 4:8], everything[:, :4])
-
-
 def test_a_channel_that_is_not_there_is_refused_with_those_that_are():
     with pytest.raises(InputError, match=r"no recognition channel 'torque'.*normal 1"):
         prepare_examples(labelled(), SMALL.replace(channels=("torque",)))
@@ -115,15 +96,6 @@ def test_the_codes_are_those_of_the_segments():
     expected = to_codes(item.segments, item.demonstration.times, actions)
     np.testing.assert_array_equal(examples.codes(actions), expected)
     assert UNLABELLED in expected
-
-
-def test_actions_that_are_not_requested_are_unlabelled():
-    examples = prepare_examples(labelled(), SMALL)
-    everything = examples.codes(("still", "grab", "hold", "release"))
-    two = examples.codes(("hold", "still"))
-    np.testing.assert_array_equal(two == 0, everything == 2)
-    np.testing.assert_array_equal(two == 1, everything == 0)
-    np.testing.assert_array_equal(two == UNLABELLED, ~np.isin(everything, [0, 2]))
 
 
 def test_a_gap_is_unlabelled_although_a_segment_covers_it():

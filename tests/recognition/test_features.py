@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from factories import labelled_set, synthetic_demonstration
+from factories import labelled_set
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
@@ -22,9 +22,8 @@ from forcelab.recognition.features import (
 )
 from forcelab.recognition.presets import preset
 from forcelab.recognition.training import train
-from forcelab.signals.channels import channel_map
 from forcelab.signals.conditioning import noise_level
-from forcelab.signals.cwt import cwt, frequencies, geometric_scales
+from forcelab.signals.cwt import cwt, geometric_scales
 from forcelab.signals.wavelets import DOG, Haar, Morlet, RealMorlet
 
 SCALES = geometric_scales()
@@ -59,18 +58,6 @@ def test_all_log_magnitudes_come_first_then_all_phases_channel_by_channel():
         np.testing.assert_allclose(magnitudes, np.log(np.abs(coefficients)), atol=1e-9)
         apart = np.angle(np.exp(1j * (phases - np.angle(coefficients))))
         assert np.abs(apart).max() < 1e-9
-
-
-def test_each_time_step_is_one_contiguous_row():
-    table = wavelet_features(noise(2, 300), SCALES, MORLET)
-    assert table.flags.c_contiguous
-    assert table.dtype == np.float64
-
-
-def test_phases_can_be_left_out():
-    channels = noise(2, 300)
-    without = wavelet_features(channels, SCALES, MORLET, phase=False)
-    np.testing.assert_array_equal(without, wavelet_features(channels, SCALES, MORLET)[:, :20])
 
 
 @pytest.mark.parametrize("hertz", [2.0, 12.4, 50.0])
@@ -115,13 +102,6 @@ def test_any_factor_shifts_log_magnitudes_by_its_logarithm(factor, seed):
     plain = split(wavelet_features(channels, SCALES, MORLET), 1, 10)
     scaled = split(wavelet_features(channels * factor, SCALES, MORLET), 1, 10)
     np.testing.assert_allclose(scaled[0] - plain[0], np.log(factor), atol=1e-8)
-
-
-def test_a_channel_turned_round_has_its_phases_turned_by_half_a_turn():
-    plain = split(wavelet_features(noise(1, 400), SCALES, MORLET), 1, 10)
-    turned = split(wavelet_features(-noise(1, 400), SCALES, MORLET), 1, 10)
-    np.testing.assert_allclose(turned[0], plain[0], atol=1e-12)
-    assert np.abs(np.abs(turned[1] - plain[1]) - np.pi).max() < 1e-9
 
 
 # Quiet channels
@@ -260,7 +240,7 @@ anything = hnp.arrays(
 )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(anything, st.sampled_from([Morlet(), Morlet(0.5), RealMorlet(), DOG(1), DOG(40), Haar()]))
 def test_features_are_finite_whatever_goes_in(channels, wavelet):
     scales = np.array([0.5, 2.0, 1024.0])
@@ -304,20 +284,6 @@ def test_the_input_is_left_alone():
     channels.flags.writeable = False
     wavelet_features(channels, SCALES, MORLET)
     np.testing.assert_array_equal(channels, before)
-
-
-def test_a_grab_stands_out_in_the_features_of_the_normal_force():
-    demonstration, segments = synthetic_demonstration(3)
-    four = channel_map(demonstration.channels)
-    table = wavelet_features(four.apply(demonstration.signals), SCALES, MORLET)
-    first = four.names.index("normal 1") * len(SCALES)
-    slow = np.abs(frequencies(SCALES, demonstration.rate, MORLET) - 3.169).argmin()
-    times, column = demonstration.times, table[:, first + slow]
-    means = {
-        segment.action: column[(times >= segment.start) & (times < segment.end)].mean()
-        for segment in segments[:2]
-    }
-    assert means["grab"] > means["still"] + 3
 
 
 WINDOWS = (0.01, 0.04, 0.16)
@@ -381,14 +347,6 @@ def test_the_own_amplitude_takes_out_gain_and_offset(gain, offset):
     plain = window_features(channels, 100.0, WINDOWS, places, "own")
     changed = window_features(gain * channels + offset, 100.0, WINDOWS, places, "own")
     np.testing.assert_allclose(changed, plain, rtol=1e-6, atol=1e-6)
-
-
-def test_both_are_the_absolute_features_beside_the_own_ones():
-    channels = np.random.default_rng(2).normal(size=(3, 200)).cumsum(axis=1)
-    places = np.arange(5, 200, 10)
-    both = window_features(channels, 100.0, WINDOWS, places, "both")
-    parts = [window_features(channels, 100.0, WINDOWS, places, a) for a in ("absolute", "own")]
-    np.testing.assert_array_equal(both, np.concatenate(parts, axis=1))
 
 
 def test_rare_peaks_leave_the_own_amplitude_alone():

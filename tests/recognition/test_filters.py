@@ -58,7 +58,7 @@ def median_by_sorting(codes: list[int], width: int) -> list[int]:
     return result
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(CODES, st.integers(1, 100))
 def test_the_median_is_that_of_sorted_windows_at_any_width(codes, width):
     assert median(codes, width).tolist() == median_by_sorting(codes.tolist(), width)
@@ -77,18 +77,6 @@ def test_an_even_width_invents_a_label_that_neither_neighbour_has():
     assert set(median(codes, 9).tolist()) == {1, 5}
 
 
-def test_a_flicker_shorter_than_half_the_window_goes():
-    codes = np.repeat([2, 4, 2], [30, 4, 30])
-    assert set(median(codes).tolist()) == {2}
-
-
-def test_the_median_leaves_its_input_alone_and_keeps_the_type():
-    codes = np.repeat([1, 5], 20)
-    filtered = median(codes)
-    assert codes.tolist() == [1] * 20 + [5] * 20
-    assert filtered.dtype == np.int64
-
-
 @pytest.mark.parametrize("width", [0, -3])
 def test_a_median_without_a_window_is_refused(width):
     with pytest.raises(InputError, match="at least 1 sample"):
@@ -98,28 +86,10 @@ def test_a_median_without_a_window_is_refused(width):
 # --- dropping short segments --------------------------------------------------------------------
 
 
-def test_a_segment_shorter_than_its_share_becomes_unlabelled():
-    codes = np.repeat([0, 1, 0, 2], [30, 9, 30, 10])
-    dropped = drop_short(codes, np.arange(79) / 100, {0: 1.0, 1: 0.8, 2: 0.8})
-    assert dropped.tolist() == np.repeat([0, -1, 0, 2], [30, 9, 30, 10]).tolist()
-
-
 def test_a_segment_of_exactly_the_share_is_kept_wherever_it_lies():
     codes = np.tile(np.repeat([0, 1], [10, 11]), 5000)
     times = np.arange(len(codes)) / 1000
     assert np.array_equal(drop_short(codes, times, {0: 0.08, 1: 0.088}), codes)
-
-
-def test_an_action_without_a_shortest_segment_is_kept():
-    codes = np.array([0, 3, 3, 0])
-    assert drop_short(codes, np.arange(4.0), {0: 100.0, 9: 1e9}).tolist() == [-1, 3, 3, -1]
-
-
-def test_a_gap_splits_a_segment_and_each_part_is_judged_alone():
-    times = np.concatenate([np.arange(20), [100, 101], np.arange(200, 220)]) / 10
-    codes = np.zeros(42, dtype=np.int64)
-    dropped = drop_short(codes, times, {0: 4.0})
-    assert dropped.tolist() == [0] * 20 + [-1] * 2 + [0] * 20
 
 
 def test_a_share_of_nothing_drops_nothing_and_a_negative_one_is_refused():
@@ -129,7 +99,7 @@ def test_a_share_of_nothing_drops_nothing_and_a_negative_one_is_refused():
         drop_short(codes, np.arange(3.0), {}, share=-0.5)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(
     CODES,
     st.lists(st.sampled_from([1.0, 1.0, 1.0, 30.0]), min_size=40, max_size=40),

@@ -181,14 +181,12 @@ def test_classifier_decoder_and_live_parts_do_not_learn_what_is_left_out(
     )
 
 
-def test_an_evaluation_says_what_was_not_trained_on(right, wrong, mistaken):
+def test_an_evaluation_says_what_was_not_trained_on(wrong, mistaken):
     (remark,) = [
         r for r in finish(leave_one_out_job(wrong, FAST, folds=3)).remarks if "contradict" in r
     ]
     assert f"release of {mistaken.demonstration}" in remark
     assert f"at {mistaken.segment.start:.2f} s (rather hold)" in remark
-    of_right = finish(leave_one_out_job(right, FAST, folds=3)).remarks
-    assert not any("contradict" in r for r in of_right)
 
 
 def test_labels_that_are_left_out_have_no_say_in_what_is_trimmed(wrong):
@@ -238,13 +236,6 @@ def test_demonstrations_of_one_name_are_distinguished(wrong, mistaken, monkeypat
     train(items, FAST)
     assert mistaken.segment not in taught_live[WRONG].segments
     assert mistaken.segment in taught_live[-1].segments
-
-
-def test_two_fits_of_one_seed_leave_out_the_same(wrong):
-    examples = prepared(wrong)
-    settings = FAST.replace(seed=5)
-    first, second = (finish(drop_contradicted(examples, settings)) for _ in range(2))
-    assert first[1] == second[1]
 
 
 def test_a_remark_names_a_few_and_each_once():

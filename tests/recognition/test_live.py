@@ -49,7 +49,7 @@ def first_steps(demonstration, count):
 
 @pytest.mark.parametrize("latency", [0.0, 0.1, 1.0])
 def test_labels_are_those_stated_for_the_latency(either, three, latency):
-    demonstration = first_steps(three[2].demonstration, 600)
+    demonstration = first_steps(three[2].demonstration, 420)
     expected = reference_labels(either, demonstration, latency)
     # Wavelets are transformed to a tolerance, which depends on what comes together.
     tolerance = 1e-6 if either.live_models else 1e-3
@@ -61,7 +61,7 @@ def test_labels_are_those_stated_for_the_latency(either, three, latency):
 
 
 def test_labels_do_not_depend_on_the_blocks(either, three):
-    @settings(max_examples=15, deadline=None)
+    @settings(max_examples=10, deadline=None)
     @given(
         sizes=st.lists(st.integers(1, 90), min_size=1, max_size=6),
         latency=st.sampled_from([0.0, 0.04, 0.1, 0.4]),
@@ -151,17 +151,18 @@ def test_after_days_unplugged_it_goes_on(either, three):
 
 
 def test_a_channel_that_falls_silent_stops_labels_but_not_the_stream(trained, three):
-    demonstration = three[2].demonstration
-    signals = np.tile(demonstration.signals, (2, 1))
-    silent = slice(300, 300 + len(demonstration.times))
+    silent = slice(300, 700)
+    signals = three[2].demonstration.signals.copy()
     signals[silent, 2] = np.nan
-    long = replace(demonstration, times=np.arange(len(signals)) / 250.0, signals=signals)
+    holed = replace(three[2].demonstration, signals=signals)
+    found = []
     for blocks in ([41], [3000]):
-        times, codes, _ = streamed(trained, long, 0.1, blocks)
-        assert np.allclose(times, long.times)
+        times, codes, _ = streamed(trained, holed, 0.1, blocks)
+        assert np.array_equal(times, holed.times)
         assert np.all(codes[silent] == UNLABELLED)
         assert (codes[silent.stop :] != UNLABELLED).any()
-        assert np.array_equal(codes, streamed(trained, long, 0.1, [250])[1])
+        found.append(codes)
+    assert np.array_equal(*found)
 
 
 @pytest.mark.parametrize("nonsense", [3.4028235e38, -1.7e308, 1e16])

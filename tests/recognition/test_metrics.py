@@ -22,7 +22,6 @@ from forcelab.labels import Segment, from_codes
 from forcelab.recognition.metrics import (
     OVERLAPS,
     TICKS,
-    Counts,
     Events,
     Scores,
     Tally,
@@ -39,7 +38,6 @@ from forcelab.recognition.metrics import (
     score,
     score_tracks,
 )
-from forcelab.sample_runs import sample_ends, stretches
 
 ACTIONS = ["still", "grab", "hold", "insert", "release"]
 KEYS = ["name", "accuracy", "balanced_accuracy", "coverage", "kappa", "edit", "f1"]
@@ -67,20 +65,20 @@ def score_words(human: str, predicted: str, actions: list[str] = ACTIONS) -> Sco
 
 
 @st.composite
-def pairs(draw, actions=4, low=-1, most=60):
+def pairs(draw, actions=4, least=1, most=60, longest=12, step=0.01, gap=0.4):
     """A human and a predicted track, both made of runs, and their stamps, perhaps with gaps."""
-    n = draw(st.integers(1, most))
+    n = draw(st.integers(least, most))
 
     def track() -> np.ndarray:
         codes: list[int] = []
         while len(codes) < n:
-            codes += [draw(st.integers(low, actions - 1))] * draw(st.integers(1, 12))
+            codes += [draw(st.integers(-1, actions - 1))] * draw(st.integers(1, longest))
         return np.array(codes[:n], dtype=np.int64)
 
-    steps = np.ones(n)
-    for place in draw(st.lists(st.integers(1, n), max_size=2)):
-        steps[place - 1] = 40.0
-    return track(), track(), np.cumsum(steps) / 100
+    steps = np.full(n, step)
+    for place in draw(st.lists(st.integers(1, max(n, 1)), max_size=2)):
+        steps[place - 1 : place] = gap
+    return track(), track(), np.cumsum(steps)
 
 
 def numbers(scores: Scores) -> dict:
@@ -111,29 +109,6 @@ def test_golden_values_of_a_whole_demonstration():
     assert [s.f1[k] for k in ("10", "25", "50")] == pytest.approx([0.76923077] * 3, abs=5e-9)
     assert s.kappa == pytest.approx(0.759243, abs=5e-7)
     assert s.coverage == 1.0
-
-
-def test_golden_values_of_a_constant_prediction():
-    s = score_words("a40 b20 a40", "a100", ["a", "b"])
-    assert (s.accuracy, s.kappa) == (0.8, 0.0)
-    assert s.edit == pytest.approx(1 / 3)
-    assert s.f1 == {"10": 0.5, "25": 0.5, "50": 0.0}
-    assert s.balanced_accuracy == 0.5
-
-
-def test_kappa_is_zero_wherever_one_of_the_raters_is_constant():
-    assert score_words("a60", "a40 b20", ["a", "b"]).kappa == 0.0
-    assert score_words("a60", "a60", ["a", "b"]).kappa == 0.0
-    assert score_words("a30 b30", "-60", ["a", "b"]).kappa == 0.0
-
-
-def test_predicted_unlabelled_is_wrong_uncovered_and_the_last_column():
-    s = score_words("still60 grab40", "still30 -30 grab40")
-    assert s.accuracy == 0.7
-    assert s.coverage == 0.7
-    assert s.balanced_accuracy == 0.75
-    assert s.confusion[0] == [30, 0, 0, 0, 0, 30]
-    assert s.confusion[1] == [0, 40, 0, 0, 0, 0]
 
 
 def test_boundary_errors_are_in_milliseconds_of_the_stamps():
@@ -169,10 +144,6 @@ def test_a_single_sample_is_scored():
     assert (right.accuracy, right.edit, right.f1["50"]) == (1.0, 1.0, 1.0)
     assert (wrong.accuracy, wrong.edit, wrong.f1["10"]) == (0.0, 0.0, 0.0)
     assert wrong.boundary_ms == {"median": None, "p90": None}
-
-
-def test_an_action_the_human_never_used_does_not_enter_the_balanced_accuracy():
-    assert score_words("still50 grab50", "still50 grab25 insert25").balanced_accuracy == 0.75
 
 
 def test_the_record_has_exactly_the_promised_keys_and_survives_strict_json():
@@ -258,13 +229,6 @@ def test_the_numbering_of_the_actions_changes_nothing(tracks, order):
 
 
 @settings(max_examples=40, deadline=None)
-@given(pairs())
-def test_a_pool_of_one_is_its_score(tracks):
-    actions = ["a", "b", "c", "d"]
-    assert pool("d", [count(*tracks, actions)]) == score("d", *tracks, actions)
-
-
-@settings(max_examples=40, deadline=None)
 @given(st.lists(pairs(), min_size=2, max_size=4))
 def test_pooling_sums_samples_segments_and_events_and_averages_the_edit_score(tracks):
     actions = ["a", "b", "c", "d"]
@@ -288,53 +252,24 @@ def test_pooling_sums_samples_segments_and_events_and_averages_the_edit_score(tr
         assert pooled.boundary_ms["p90"] == pytest.approx(np.quantile(errors, 0.9))
 
 
-def test_a_pool_weighs_frames_by_length_but_edit_scores_equally():
-    long = count(spell("a90 b10", ["a", "b"]), spell("a100", ["a", "b"]), times_of(100), ["a", "b"])
-    short = count(spell("b10", ["a", "b"]), spell("b10", ["a", "b"]), times_of(10), ["a", "b"])
-    pooled = pool("all", [long, short])
-    assert pooled.accuracy == pytest.approx(100 / 110)
-    assert pooled.edit == pytest.approx((0.5 + 1.0) / 2)
-    assert pooled.f1["50"] == pytest.approx(2 * 2 / (2 * 2 + 0 + 1))
-
-
 # --- size ---------------------------------------------------------------------------------------
 
 
-def timed(human: np.ndarray, predicted: np.ndarray, actions: list[str]) -> tuple[float, Counts]:
-    stamps = times_of(len(human), 1000.0)
-    start = time.process_time()
-    counts = count(human, predicted, stamps, actions)
-    return time.process_time() - start, counts
-
-
-def test_a_million_samples_flickering_through_200_actions_take_seconds_not_minutes():
+def test_samples_that_flicker_through_200_actions_take_seconds_not_minutes():
     rng = np.random.default_rng(0)
     actions = [f"a{i}" for i in range(200)]
-    human = np.repeat(rng.integers(-1, 200, 1000), 1000)
-    predicted = np.where(rng.random(10**6) < 0.7, human, rng.integers(-1, 200, 10**6))
-    seconds, counts = timed(human, predicted, actions)
+    human = np.repeat(rng.integers(-1, 200, 500), 1000)
+    predicted = np.where(rng.random(500_000) < 0.7, human, rng.integers(-1, 200, 500_000))
+    start = time.process_time()
+    counts = count(human, predicted, times_of(500_000, 1000.0), actions)
+    assert time.process_time() - start < 2.0  # of a million four times as much
     assert counts.confusion.sum() == (human >= 0).sum()
-    assert seconds < 6.0
 
 
 LETTERS = ["a", "b", "c"]
 
 
-@st.composite
-def overlaid_tracks(draw):
-    """A human and a predicted track of runs, and their stamps, perhaps with gaps."""
-    n = draw(st.integers(0, 50))
-
-    def track() -> np.ndarray:
-        codes: list[int] = []
-        while len(codes) < n:
-            codes += [draw(st.integers(-1, 2))] * draw(st.integers(1, 9))
-        return np.array(codes[:n], dtype=np.int64)
-
-    steps = np.ones(n)
-    for place in draw(st.lists(st.integers(1, max(n, 1)), max_size=2)):
-        steps[place - 1 : place] = 30.0
-    return track(), track(), np.cumsum(steps) / 50
+overlaid_tracks = pairs(actions=3, least=0, most=50, longest=9, step=0.02, gap=0.6)
 
 
 def segments_of(codes: list[int], times: np.ndarray) -> list[tuple[int, set[int]]]:
@@ -364,7 +299,7 @@ def matched_by_sets(human, predicted, overlap: int) -> set[tuple[int, int]]:
     return set(taken.items())
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(
     st.lists(st.integers(0, 3), max_size=14),
     st.lists(st.integers(0, 3), max_size=14),
@@ -391,19 +326,8 @@ def test_edit_distance_is_right_beyond_the_width_of_a_machine_word():
     assert edit_distance(a, b) == row[-1]
 
 
-@settings(max_examples=100, deadline=None)
-@given(overlaid_tracks())
-def test_runs_are_the_segments_of_from_codes(track):
-    codes, _, times = track
-    found = stretches(codes, times, sample_ends(times))
-    expected = from_codes(codes, times, LETTERS)
-    assert [LETTERS[code] for code in found.codes] == [s.action for s in expected]
-    assert found.starts.tolist() == [s.start for s in expected]
-    assert found.ends.tolist() == [s.end for s in expected]
-
-
-@settings(max_examples=100, deadline=None)
-@given(overlaid_tracks(), st.sampled_from(OVERLAPS))
+@settings(max_examples=60, deadline=None)
+@given(overlaid_tracks, st.sampled_from(OVERLAPS))
 def test_matching_is_the_published_loop_on_sets_of_samples(track, overlap):
     human, predicted, times = track
     found = match_segments(overlay(human, predicted, times, LETTERS), overlap)
@@ -412,8 +336,8 @@ def test_matching_is_the_published_loop_on_sets_of_samples(track, overlap):
     assert set(zip(found.human.tolist(), found.predicted.tolist(), strict=True)) == expected
 
 
-@settings(max_examples=100, deadline=None)
-@given(overlaid_tracks())
+@settings(max_examples=60, deadline=None)
+@given(overlaid_tracks)
 def test_boundary_errors_are_the_distances_of_matched_edges(track):
     human, predicted, times = track
     over = overlay(human, predicted, times, LETTERS)
@@ -518,58 +442,10 @@ def test_an_event_is_wrong_in_its_kinds(tracks, expected):
     assert errors(letters_events(*tracks)) == expected
 
 
-def test_events_run_together_are_merged_once_however_many_events():
-    assert errors(letters_events("abacabaa", "aaaaaaaa"))["merge"] == (1, 3.0)
-
-
-def test_false_time_under_two_human_actions_is_one_stretch():
-    # a is false over c and b alike: one overfill of 3 s, not an overfill and an insertion.
-    assert errors(letters_events("aaccb", "aaaaa"))["overfill"] == (1, 3.0)
-
-
-def test_no_event_reaches_across_unlabelled_human_time():
-    found = letters_events("aaa..bba", "aaaaaaaa")
-    assert errors(found)["overfill"] == (1, 2.0)
-    assert "merge" not in errors(found)
-    assert found.human == Tally(3, 6.0)
-
-
-def test_no_event_reaches_across_a_gap_in_the_stamps():
-    times = np.concatenate([np.arange(4.0), np.arange(4.0) + 60])
-    found = letters_events("aabbbbaa", "aaaaaaaa", times)
-    assert errors(found)["overfill"] == (2, 4.0)
-    assert "merge" not in errors(found)
-    assert found.human.seconds == 8.0
-
-
-def test_a_fragmented_and_a_merged_event_at_once():
-    # The paper's hard case: the first human event is in pieces, and its last piece runs into the
-    # second human event.
-    found = letters_events("aaaaaabbaa", "aa.aaaaaaa")
-    assert errors(found)["fragmentation"] == (1, 1.0)
-    assert errors(found)["merge"] == (1, 2.0)
-
-
-def test_errors_of_two_demonstrations_add_up():
-    assert Events(human=Tally(2, 1.5), merge=Tally(1, 0.5)) + Events(
-        human=Tally(1, 1.0), overfill=Tally(3, 0.25)
-    ) == Events(human=Tally(3, 2.5), merge=Tally(1, 0.5), overfill=Tally(3, 0.25))
-
-
-@st.composite
-def letter_tracks(draw):
-    n = draw(st.integers(0, 40))
-
-    def text() -> str:
-        line = ""
-        while len(line) < n:
-            line += draw(st.sampled_from("abc.")) * draw(st.integers(1, 7))
-        return line[:n]
-
-    steps = np.ones(n)
-    for place in draw(st.lists(st.integers(1, max(n, 1)), max_size=2)):
-        steps[place - 1 : place] = 20.0
-    return text(), text(), np.cumsum(steps)
+#: A letter a sample, dots being unlabelled.
+letter_tracks = pairs(actions=3, least=0, most=40, longest=7, step=1.0, gap=20.0).map(
+    lambda drawn: (*("".join("abc."[code] for code in codes) for codes in drawn[:2]), drawn[2])
+)
 
 
 def by_hand(human: str, predicted: str, times: np.ndarray) -> dict[str, tuple[int, float]]:
@@ -618,16 +494,16 @@ def by_hand(human: str, predicted: str, times: np.ndarray) -> dict[str, tuple[in
     return {kind: (c, s) for kind, (c, s) in total.items() if c}
 
 
-@settings(max_examples=120, deadline=None)
-@given(letter_tracks())
+@settings(max_examples=60, deadline=None)
+@given(letter_tracks)
 def test_every_error_is_what_the_definitions_say_event_by_event(track):
     human, predicted, times = track
     assume(len(human) < 2 or np.median(np.diff(times)) == 1.0)
     assert errors(letters_events(human, predicted, times)) == by_hand(human, predicted, times)
 
 
-@settings(max_examples=100, deadline=None)
-@given(letter_tracks())
+@settings(max_examples=60, deadline=None)
+@given(letter_tracks)
 def test_errors_and_right_time_account_for_all_labelled_time(track):
     human, predicted, times = track
     found = letters_events(human, predicted, times)
@@ -722,25 +598,8 @@ def test_one_action_has_no_boundaries_to_be_off():
 FOUR = ("still", "grab", "hold", "pull")
 
 
-@st.composite
-def four_action_tracks(draw):
-    """Human and predicted codes made of runs, and even stamps with a gap now and then."""
-    n = draw(st.integers(2, 60))
-
-    def track() -> np.ndarray:
-        codes: list[int] = []
-        while len(codes) < n:
-            codes += [draw(st.integers(-1, 3))] * draw(st.integers(1, 12))
-        return np.array(codes[:n], dtype=np.int64)
-
-    steps = np.full(n, 8)
-    for place in draw(st.lists(st.integers(1, n), max_size=2)):
-        steps[place - 1] = 400
-    return track(), track(), np.cumsum(steps) / 1024
-
-
 @settings(max_examples=40, deadline=None)
-@given(four_action_tracks())
+@given(pairs(least=2, step=1 / 128, gap=400 / 1024))
 def test_scores_of_segments_are_those_of_their_samples(drawn):
     human, predicted, times = drawn
     segments = [from_codes(codes, times, FOUR) for codes in (human, predicted)]
@@ -766,11 +625,6 @@ def test_touching_segments_of_one_action_are_one():
     assert over.human.starts.tolist() == [0, 2]
     assert over.predicted.seconds.tolist() == [2.0]
     assert over.pieces.seconds.tolist() == [0.5, 1.5, 0.5, 0.5]
-
-
-def test_nothing_at_all_is_no_piece():
-    assert len(overlay_segments((), (), FOUR).pieces) == 0
-    assert len(overlay_segments((), (Segment(0, 1, "grab"),), FOUR).pieces) == 0
 
 
 def test_two_tracks_are_scored_without_a_recording():

@@ -94,7 +94,8 @@ def test_an_action_that_a_part_has_not_got_has_no_column_there():
     assert [P.shape[1] for P in probabilities] == [len(np.unique(y[rows])) for rows, _ in parts]
 
 
-def test_one_seed_gives_one_network_and_another_another():
+def test_one_seed_gives_one_network_and_another_another(monkeypatch):
+    monkeypatch.setattr(perceptron, "EPOCHS", 12)
     X, y, groups = demonstrations(count=3, each=20)
     care = FitOptions(groups, calibrated=True)
     first, same, other = (
@@ -112,7 +113,9 @@ def test_a_long_epoch_pauses_so_that_it_can_be_cancelled(monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["mlp", "trees-mlp"])
-def test_the_losses_of_left_out_demonstrations_are_told_epoch_by_epoch(name):
+def test_the_losses_of_left_out_demonstrations_are_told_epoch_by_epoch(name, monkeypatch):
+    monkeypatch.setattr(perceptron, "PATIENCE", 4)
+    monkeypatch.setattr(perceptron, "EPOCHS", 20)
     X, y, groups = demonstrations(count=3, each=20)
     steps = []
     fitted = finish(fit_ensemble(name, X, y, 0, FitOptions(groups, calibrated=True)), steps.append)

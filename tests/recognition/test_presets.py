@@ -33,8 +33,13 @@ def trained(four):
     return train(four[:3], BEST)
 
 
-def accuracy(evaluation, which="filtered"):
-    return evaluation.scores(which)[0].accuracy
+@pytest.fixture(scope="module")
+def evaluated(four):
+    return finish(leave_one_out_job(four, FAST))
+
+
+def accuracy(evaluation):
+    return evaluation.scores("filtered")[0].accuracy
 
 
 def changed(item, signals):
@@ -112,7 +117,7 @@ def _nonsense(item):
     )
 
 
-def test_shuffled_labels_give_chance(four):
+def test_shuffled_labels_give_chance(four, evaluated):
     random = np.random.default_rng(0)
     shuffled = []
     for item in four:
@@ -129,12 +134,13 @@ def test_shuffled_labels_give_chance(four):
         )
     actions = len({s.action for item in shuffled for s in item.segments})
     assert accuracy(finish(leave_one_out_job(shuffled, FAST))) < 1 / actions + 0.2
-    assert accuracy(finish(leave_one_out_job(four, FAST))) > 0.8
+    assert accuracy(evaluated) > 0.8
 
 
-def test_an_evaluation_says_what_the_choreography_was_worth_and_how_far_to_rely_on_it(four):
-    found = finish(leave_one_out_job(four, FAST))
-    record = found.to_json()
+def test_an_evaluation_says_what_the_choreography_was_worth_and_how_far_to_rely_on_it(
+    four, evaluated
+):
+    found, record = evaluated, evaluated.to_json()
     assert found.kinds == ("raw", "unaided", "filtered")
     assert record["unaided"]["pooled"]["accuracy"] > 0.7
     without = finish(leave_one_out_job(four, FAST.replace(choreography="none")))

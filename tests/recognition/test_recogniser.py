@@ -16,7 +16,7 @@ from forcelab.recognition import recogniser as recogniser_module
 from forcelab.recognition.examples import prepare_examples
 from forcelab.recognition.recogniser import Prediction, Recogniser
 from forcelab.recognition.results import empty_prediction_remarks
-from forcelab.recognition.settings import CLASSIFIERS, Settings
+from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import train
 from forcelab.runtime import one_blas_thread
 
@@ -149,15 +149,6 @@ def test_blas_has_its_threads_back_where_a_transform_outlasts_a_recognition():
         assert blas_threads() == before
 
 
-@pytest.mark.parametrize("name", [name for name in CLASSIFIERS if name != "svm"])
-def test_the_raw_codes_do_not_depend_on_whether_probabilities_are_computed(three, name):
-    settings = OFF.replace(classifier=name, stride=5, threshold=0.9)
-    recogniser = train(three[:2], settings)
-    without = dataclasses.replace(recogniser, settings=settings.replace(threshold=None))
-    unseen = three[2].demonstration
-    np.testing.assert_array_equal(recogniser.predict(unseen).raw, without.predict(unseen).raw)
-
-
 # --- filters ------------------------------------------------------------------------------------
 
 
@@ -182,6 +173,9 @@ def test_filters_do_what_they_say_in_the_papers_order_alone_or_together(bayes, t
             shortest = {i: bayes.shortest[a] for i, a in enumerate(prediction.actions)}
             codes = filters.drop_short(codes, prediction.times, shortest, ON[name])
         assert not np.array_equal(before, codes)
+        np.testing.assert_array_equal(prediction.stages.get(name, codes), codes)
+    stages = [name for name in switched_on if name != "drop"]
+    assert list(prediction.stages) == ["raw", *stages, "filtered"]
     np.testing.assert_array_equal(prediction.filtered, codes)
     np.testing.assert_array_equal(prediction.raw, bayes.predict(three[2].demonstration).raw)
 
@@ -198,12 +192,6 @@ def test_dropping_measures_against_the_shortest_training_segment_of_the_same_act
     recogniser, demonstration = oracle(codes, shortest={"grab": 0.1, "hold": 0.2}, drop=0.475)
     expected = np.repeat([0, 1, 2, UNLABELLED], [10, 10, 20, 9])
     assert recogniser.predict(demonstration).filtered.tolist() == expected.tolist()
-
-
-def test_the_segments_are_those_of_the_filtered_codes():
-    recogniser, demonstration = oracle(np.repeat([0, 1, 0], [30, 3, 30]), median=8)
-    segments = recogniser.predict(demonstration).segments
-    assert [(s.start, round(s.end, 9), s.action) for s in segments] == [(0.0, 0.63, "grab")]
 
 
 # --- gaps and channels --------------------------------------------------------------------------
@@ -225,14 +213,6 @@ def test_nothing_is_recognised_in_a_gap(bayes, three, switched_on):
     assert max(ends) <= 1.51
 
 
-def test_a_recording_of_another_rate_is_recognised_on_the_recognisers_grid(bayes, three):
-    fast, segments = synthetic_demonstration(3, rate=300.0)
-    prediction = bayes.predict(fast)
-    np.testing.assert_allclose(np.diff(prediction.times), 0.01)
-    human = to_codes(segments, prediction.times, prediction.actions)
-    assert np.mean(prediction.raw[human >= 0] == human[human >= 0]) > 0.6
-
-
 def test_channels_may_come_in_another_order(bayes, three):
     old = three[2].demonstration
     turned = dataclasses.replace(old, signals=old.signals[:, ::-1], channels=old.channels[::-1])
@@ -250,30 +230,6 @@ def test_examples_of_other_channels_are_refused_by_name(bayes, three):
     other = prepare_examples(three[2], OFF.replace(channels=("normal 1",)))
     with pytest.raises(InputError, match="'foam 03' has the channels normal 1; the recogniser"):
         bayes.predict_examples(other)
-
-
-@pytest.mark.parametrize("threshold", [None, 0.9])
-@pytest.mark.parametrize("median", [None, 5])
-@pytest.mark.parametrize("drop", [None, 0.5])
-def test_each_stage_is_the_filter_applied_to_the_one_before(three, threshold, median, drop):
-    recogniser = train(
-        three[:2], BAYES_SETTINGS.replace(threshold=threshold, median=median, drop=drop)
-    )
-    prediction = recogniser.predict(three[2].demonstration, probability_trace=True)
-    codes, expected = prediction.raw, {"raw": prediction.raw}
-    if threshold is not None:
-        best = prediction.probabilities.max(axis=1)
-        expected["threshold"] = codes = np.where(best >= threshold, codes, UNLABELLED)
-    if median is not None:
-        expected["median"] = codes = filters.median(codes, median)
-    assert list(prediction.stages) == [*expected, "filtered"]
-    for name, stage in expected.items():
-        assert np.array_equal(prediction.stages[name], stage)
-    if drop is None:
-        assert np.array_equal(prediction.filtered, codes)
-    else:
-        changed = prediction.filtered != codes
-        assert (prediction.filtered[changed] == UNLABELLED).all()
 
 
 def test_gaps_have_no_certainty(three):

@@ -177,12 +177,6 @@ def test_a_setting_that_a_newer_version_invented_is_refused_by_name():
         Settings.from_json({**Settings().to_json(), "clairvoyance": 1})
 
 
-def test_probabilities_are_needed_only_for_the_threshold():
-    assert Settings().needs_probabilities
-    assert not Settings(threshold=None).needs_probabilities
-    assert Settings(threshold=0.0, median=None, drop=None).needs_probabilities
-
-
 def test_replacing_a_value_checks_it_and_leaves_the_first_settings_alone():
     settings = Settings()
     assert settings.replace(stride=3).stride == 3
