@@ -119,22 +119,15 @@ def test_hold_for_as_long_as_the_action_lasts(document, desk):
     assert document.stroke is None
 
 
-def test_a_short_press_is_no_hold(document, desk):
+@pytest.mark.parametrize(("moved", "seconds"), [(0.1, HOLD_TIME.value / 1000 - 0.01), (0.0, 3.0)])
+def test_a_short_press_or_one_without_moving_is_no_hold(document, desk, moved, seconds):
     document.view.seek(1.0)
     desk.press(GRAB)
-    document.view.seek(1.1)
-    desk.now += HOLD_TIME.value / 1000 - 0.01
+    document.view.seek(1.0 + moved)
+    desk.now += seconds
     desk.release(GRAB)
     assert document.stroke is not None
     assert stored_rows(document) == []
-
-
-def test_a_long_press_without_moving_is_no_hold(document, desk):
-    document.view.seek(1.0)
-    desk.press(GRAB)
-    desk.now += 3.0
-    desk.release(GRAB)
-    assert document.stroke is not None
 
 
 def test_the_key_of_the_next_action_can_be_held_too(document, desk):

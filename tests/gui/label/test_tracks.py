@@ -298,14 +298,14 @@ def test_a_shared_edge_moves_for_both(document, hand):
     assert stored_rows(document)[:2] == [(1.0, 2.4, "grab"), (2.4, 3.0, "hold")]
 
 
-def test_an_edge_does_not_jump_under_the_pointer_when_grabbed_beside_it(document, hand):
-    hand.drag(5.04, 4.64)
-    assert stored_rows(document)[2] == (4.6, 6.0, "release")
-
-
-def test_an_edge_cannot_pass_the_other_one(document, hand):
-    hand.drag(5.97, 4.2)
-    assert stored_rows(document)[2] == (5.0, 5.01, "release")
+@pytest.mark.parametrize(
+    ("start", "end", "times"),
+    [(5.04, 4.64, (4.6, 6.0)), (5.97, 4.2, (5.0, 5.01))],
+    ids=["it does not jump under the pointer", "it cannot pass the other one"],
+)
+def test_an_edge_is_grabbed_beside_it(document, hand, start, end, times):
+    hand.drag(start, end)
+    assert stored_rows(document)[2] == (*times, "release")
 
 
 def test_an_edge_jumps_to_another_edge_but_not_back_to_its_own(document, hand):
