@@ -107,10 +107,10 @@ def test_a_long_hole_is_one_gap_and_no_lower_rate(project):
     with sending("gappy") as sender, Recorder(project, [parse_device("lsl:gappy")]) as recorder:
         recorder.start("hold")
         eventually(lambda: recorder.state().devices[0].samples > 50)
-        first = sender.sent + 100
+        first = sender.sent + 200
         sender.leave_out = range(first, first + 150)
         # Evened out on either side of it: that is no reason not to count.
-        eventually(lambda: recorder.latest(0.0)[0][2][0, 0] > first + 200)
+        eventually(lambda: recorder.latest(0.0)[0][2][0, 0] > first + 250)
         [device] = recorder.state().devices
         saved = recorder.stop()
     assert (device.lost, device.rate) == (150, pytest.approx(500.0, rel=0.02))

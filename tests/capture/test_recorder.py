@@ -211,9 +211,9 @@ def test_lost_samples_are_counted_said_and_absent(project):
     device = FakeDevice()
     with Recorder(project, [device]) as recorder:
         recorder.start("LEGO")
-        first = device.next + 50  # what comes before a recording is not of it
-        device.lose = np.r_[first : first + 20, first + 100]
-        wait_for_samples(recorder, 200)
+        first = device.next + 100  # what comes before a recording is not of it
+        device.lose = np.r_[first : first + 20, first + 200]
+        wait_for_samples(recorder, 400)
         state = recorder.state().devices[0]
         saved = recorder.stop()
     assert state.lost == 21
@@ -223,8 +223,8 @@ def test_lost_samples_are_counted_said_and_absent(project):
 
 
 def test_saturation_stalling_and_drift_are_alarms(project, monkeypatch):
-    monkeypatch.setattr("forcelab.capture.reader._STALLED", 0.15)
-    monkeypatch.setattr("forcelab.capture.clock._SETTLED", 0.3)
+    monkeypatch.setattr("forcelab.capture.reader._STALLED", 0.3)
+    monkeypatch.setattr("forcelab.capture.clock._SETTLED", 0.5)
     device = FakeDevice(ppm=5_000)
     device.status = 1 << 7
     with Recorder(project, [device]) as recorder:
@@ -238,7 +238,7 @@ def test_saturation_stalling_and_drift_are_alarms(project, monkeypatch):
 
 def test_a_device_that_gives_other_than_it_was_told_is_said_once(project, monkeypatch):
     for module in ("reader", "clock"):
-        monkeypatch.setattr(f"forcelab.capture.{module}._SETTLED", 0.5)
+        monkeypatch.setattr(f"forcelab.capture.{module}._SETTLED", 1.0)
     wrong, right = FakeDevice("wrong:0", ppm=-100_000), FakeDevice("right:0", ppm=500)
     remarks = []
     with Recorder(project, [wrong, right]) as recorder:
@@ -289,7 +289,7 @@ def test_samples_that_were_dropped_to_zero_a_device_are_not_lost(project):
         wait_for_samples(recorder, 150)
         state = recorder.state().devices[0]
         assert (state.lost, state.alarms) == (0, ())
-        device.lose = np.arange(device.next + 30, device.next + 40)
+        device.lose = np.arange(device.next + 100, device.next + 110)
         eventually(lambda: "lost samples" in recorder.state().devices[0].alarms)
 
 

@@ -103,10 +103,7 @@ def test_man_and_fish_find_what_is_installed(forcelab, tmp_path, monkeypatch):
 def test_what_was_started_without_a_script_is_started_so_again(forcelab, data, monkeypatch):
     monkeypatch.setattr("sys.argv", ["/somewhere/forcelab/__main__.py"])
     forcelab("install-launcher")
-    command = command_of(fields(entry_of(data))["Exec"])
-    assert command == [sys.executable, "-m", "forcelab"]
-    version = subprocess.run([*command, "--version"], capture_output=True, text=True, check=True)
-    assert version.stdout.startswith("forcelab ")
+    assert command_of(fields(entry_of(data))["Exec"]) == [sys.executable, "-m", "forcelab"]
 
 
 @pytest.mark.parametrize(
