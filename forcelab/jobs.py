@@ -61,6 +61,13 @@ def finish(
     return result[0]
 
 
+def run_through(
+    result: ResultT | Generator[Progress, None, ResultT],
+) -> Generator[Progress, None, ResultT]:
+    """Run what is a job where it takes long, and a result already where it does not."""
+    return (yield from result) if isinstance(result, Generator) else result
+
+
 class Job(Generator[ProgressT, None, ResultT]):
     """A job that says so where it is never run; what functions marked by :func:`job` give."""
 

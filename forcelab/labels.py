@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
-from forcelab.runs import sample_ends, stretches
+from forcelab.sample_runs import sample_ends, stretches
 
 #: The code of a sample that no segment covers, in dense arrays.
 UNLABELLED = -1
@@ -85,17 +85,24 @@ class Interval:
     """A stretch of a demonstration with its human and its predicted action.
 
     Where two coders are compared, `human` is the first one's action and `predicted` the second's.
+
+    Parameters
+    ----------
+    demonstration : str
+        Its id.
+    start, end : float
+        Seconds, ``start < end``.
+    human, predicted : str, optional
+        The action that each sees there; None where it is unlabelled or nothing is known.
+    confidence : float, optional
+        Mean probability, 0 to 1, that the model gives to what it predicts.
     """
 
-    demonstration: str  # its id
-    #: start, end: seconds, ``start < end``
+    demonstration: str
     start: float
     end: float
-    #: human, predicted: the action that each sees there; None where it is unlabelled or nothing is
-    #: known
     human: str | None = None
     predicted: str | None = None
-    #: Mean probability, 0 to 1, that the model gives to what it predicts
     confidence: float | None = None
 
     @property
@@ -256,7 +263,7 @@ def from_codes(
 ) -> Segments:
     """Gather neighbouring samples of equal code into segments; the inverse of :func:`to_codes`.
 
-    Segments end by the rule of :mod:`forcelab.runs`: a gap in the stamps splits a segment
+    Segments end by the rule of :mod:`forcelab.sample_runs`: a gap in the stamps splits a segment
     that goes across it.
 
     Parameters

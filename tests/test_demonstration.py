@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from forcelab.clock import ClockMap
-from forcelab.demonstration import Channel, Demonstration, VideoReference
+from forcelab.demonstration import Channel, Demonstration, VideoReference, median_step
 from forcelab.errors import InputError
 
 TIMES = np.arange(8) / 1000
@@ -171,6 +171,20 @@ def test_the_period_is_the_median_to_the_last_digit(n):
     )
 
 
+@pytest.mark.parametrize("step", ["even", "random", "tiny", "any"])
+@pytest.mark.parametrize("n", [9, 10, 300, 301])
+def test_the_median_step_is_the_same_where_there_is_no_room_for_all_steps(step, n, monkeypatch):
+    monkeypatch.setattr("forcelab.demonstration._COPIED", 7)
+    random = np.random.default_rng(n)
+    times = {
+        "even": 1.7e9 + np.arange(n) / 1000,
+        "random": np.cumsum(random.exponential(size=n)),
+        "tiny": np.cumsum(random.integers(1, 4, n) * 1e-300),
+        "any": np.unique(np.cumsum(10.0 ** random.uniform(-20, 20, n))),
+    }[step]
+    assert median_step(times) == np.median(np.diff(times))
+
+
 def test_the_last_sample_lasts_one_period():
     demonstration = make(times=2.0 + np.arange(8) * 0.5)
     assert (demonstration.start, demonstration.end, demonstration.duration) == (2.0, 6.0, 4.0)
@@ -194,10 +208,6 @@ def test_a_demonstration_sent_to_another_process_is_the_same_there():
     assert copy == demonstration
     assert copy.name == demonstration.name
     assert copy.grid_rate == 500.0
-
-
-def test_nobody_can_change_a_demonstration_in_another_process_either():
-    copy = pickle.loads(pickle.dumps(make()))  # noqa: S301
     for array in (copy.times, copy.signals):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 1

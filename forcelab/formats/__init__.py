@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -21,6 +21,7 @@ from forcelab.formats.signatures import (
     naming_file,
     seems_to_be,
 )
+from forcelab.jobs import Progress, finish, run_through
 
 #: Where other packages say that they read a format: an entry point whose object is a `Format`.
 ENTRY_POINTS: Final = "forcelab.formats"
@@ -32,8 +33,10 @@ class _Reader(Protocol):
     def sniff(self, path: Path, head: bytes) -> bool:
         """Whether the file (or folder), whose first 64 KiB are `head`, is of this format."""
 
-    def read(self, path: Path, options: ReadOptions) -> list[Recording]:
-        """Read the whole file; errors are :class:`InputError`."""
+    def read(
+        self, path: Path, options: ReadOptions
+    ) -> list[Recording] | Generator[Progress, None, list[Recording]]:
+        """Read the whole file, as a job where that may take long; errors are InputError."""
 
     def preview(self, path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
         """What the columns would be read as."""
@@ -175,10 +178,14 @@ def read(path: str | os.PathLike[str], options: ReadOptions | None = None) -> li
     >>> recording.demonstration.name, recording.tracks[0].actions
     ('pull', ('grab',))
     """
-    path, options = Path(path), options or ReadOptions()
+    return finish(reading(Path(path), options or ReadOptions()))
+
+
+def reading(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Recording]]:
+    """As :func:`read`, as a job."""
     format_ = identify(path) if options.format is None else _named_format(path, options.format)
     with naming_file(path):
-        recordings = _module(format_).read(path, options)
+        recordings = yield from run_through(_module(format_).read(path, options))
         if not recordings:
             raise InputError(f"'{path}' holds no recording; there is nothing to import.")
         return [give_units(recording, options.units) for recording in recordings]

@@ -33,7 +33,7 @@ import tempfile
 import tokenize
 import zipfile
 import zlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from datetime import datetime
 from pathlib import Path
@@ -48,6 +48,7 @@ from forcelab.errors import InputError, StaleTrackError
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.formats.signatures import names_in_zip
 from forcelab.io import atomic_file
+from forcelab.jobs import Progress, finish
 from forcelab.labels import Segment, Segments, Track, check_name, check_within
 from forcelab.project import (
     AssignmentEvent,
@@ -604,10 +605,17 @@ def sniff(path: Path, head: bytes) -> bool:
 
 def read_archive(path: str | Path, project_path: str | Path) -> Project:
     """Make a new project of an archive and open it; after an error nothing of it is left."""
+    return finish(unpacking(Path(path), Path(project_path)))
+
+
+def unpacking(path: Path, project_path: Path) -> Generator[Progress, None, Project]:
+    """As :func:`read_archive`, as a job."""
     bounds: dict[str, tuple[float, float]] = {}
-    with open_archive(Path(path)) as members, Project.creating(project_path) as project:
+    with open_archive(path) as members, Project.creating(project_path) as project:
+        ids = members.ids()
         with tempfile.TemporaryDirectory(dir=project.path) as scratch:
-            for id_ in members.ids():
+            for done, id_ in enumerate(ids):
+                yield Progress(done, len(ids), f"unpacking {path.name}")
                 incoming = _demonstration(members, id_, Path(scratch))
                 demonstration = incoming.demonstration
                 bounds[id_] = demonstration.start, demonstration.end
@@ -619,7 +627,7 @@ def read_archive(path: str | Path, project_path: str | Path) -> Project:
         except StaleTrackError as error:
             where = members.where("edits.json")
             raise InputError(f"The edits do not fit together in {where}.") from error
-        for id_ in members.ids():
+        for id_ in ids:
             tracks = tuple(track for track, _ in _tracks(members, id_, bounds[id_]))
             if project.tracks.of(id_) != tracks:
                 where = members.where(f"demonstrations/{id_}/tracks.json")
@@ -645,7 +653,7 @@ def read_archive(path: str | Path, project_path: str | Path) -> Project:
     return Project.open(project_path)
 
 
-def read(path: Path, options: ReadOptions) -> list[Recording]:
+def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Recording]]:
     """Read the demonstrations of an archive with the labels of all coders.
 
     Models' predictions stay in the archive, so that they are not taken for labels. Videos are
@@ -654,7 +662,9 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     """
     recordings: list[Recording] = []
     with open_archive(path) as members:
-        for id_ in members.ids():
+        ids = members.ids()
+        for done, id_ in enumerate(ids):
+            yield Progress(done, len(ids), f"reading {path.name}")
             packed = _demonstration(members, id_, options.unpack, options.task or "")
             bounds = packed.demonstration.start, packed.demonstration.end
             recordings.append(

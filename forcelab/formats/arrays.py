@@ -17,7 +17,7 @@ from collections import Counter
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, field, replace
-from itertools import takewhile
+from itertools import groupby, takewhile
 from pathlib import Path
 from typing import Any, Final, TypeAlias, TypeVar
 
@@ -39,12 +39,15 @@ from forcelab.formats.table_sniff import (
     is_time_name,
     unit_of_time,
 )
-from forcelab.formats.timestamps import RawTimestamps, TimestampReader
-from forcelab.jobs import Progress, finish
+from forcelab.formats.timestamps import TimestampReader
+from forcelab.jobs import Progress, finish, run_through
 from forcelab.text import listed, natural_order
 
 #: Rows looked at to find out what an array holds.
 _SAMPLE: Final = 400
+#: Bytes of an array that are read at a time, where it need not be read whole.
+_BLOCK: Final = 2**20
+_ALL: Final = slice(None)
 #: An array with more columns holds pictures or a map.
 MOST_COLUMNS: Final = 512
 #: Bytes that an array may take in memory, and times as many as are stored of it beyond that.
@@ -65,12 +68,14 @@ class Array:
     path: str  #: as people name it, such as ``obs/force``; empty where the file has but one
     shape: tuple[int, ...]
     dtype: np.dtype[Any]  #: objects where it holds words
-    #: Gives the first so many rows, or all.
-    read: Callable[[int | None], NDArray[Any]]
+    #: Gives the part of it that a slice of one of its axes cuts out.
+    read: Callable[[slice, int], NDArray[Any]]
     unit: str = ""
     names: tuple[str, ...] = ()  #: of its columns
     codes: Mapping[int, str] = field(default_factory=dict)  #: what its numbers stand for
     rate: float | None = None  #: samples a second, where the file tells them of it
+    #: The shape of the parts in which it lies in the file; empty where it is always read whole.
+    chunks: tuple[int, ...] = ()
 
     @property
     def leaf(self) -> str:
@@ -110,18 +115,36 @@ class Array:
     def size_text(self) -> str:
         return " × ".join(f"{number:,}" for number in self.shape) or "1"
 
-    def sample_table(self, rows: int, first: int | None = None) -> NDArray[Any]:
-        """Its values, or the first ones, with a row for each of so many samples."""
-        values = self.read(first if self.shape[0] == rows else None)
+    @property
+    def size(self) -> int:
+        """Bytes that it takes in memory."""
+        return math.prod(self.shape) * self.dtype.itemsize
+
+    def sample_table(self, rows: int, part: slice = _ALL) -> NDArray[Any]:
+        """Its values, or a part of them, with a row for each of so many samples."""
+        axis = self.shape.index(rows)
+        values = self.read(part, axis)
         if self.is_vector:
             values = values.reshape(-1, 1)
-        elif self.shape[0] != rows:
+        elif axis:
             values = values.T
         if values.dtype.kind == "M":
             values = values.astype("M8[ns]")
         elif values.dtype.kind == "m":
             values = values.astype("m8[ns]").astype(np.int64)
-        return values if first is None else values[:first]
+        return values
+
+    def block(self, rows: int) -> int:
+        """How many of its samples are read at a time, so that no chunk is unpacked twice."""
+        if not self.chunks:
+            return rows
+        chunk = self.chunks[self.shape.index(rows)]
+        return chunk * max(1, _BLOCK * rows // max(1, self.size) // chunk)
+
+
+def cut(values: Any, part: slice, axis: int) -> Any:
+    """A part of one axis of an array; all of an array that has no such axis."""
+    return values[(*[_ALL] * axis, part)] if axis < len(values.shape) else values[()]
 
 
 def check_size(path: str, values: int, stored: int) -> None:
@@ -142,12 +165,14 @@ class Tree:
     remarks: tuple[str, ...] = ()  #: on what of it cannot be read
 
 
-def read_tree(tree: Tree, options: ReadOptions) -> list[Recording]:
+def read_tree(tree: Tree, options: ReadOptions) -> Generator[Progress, None, list[Recording]]:
     """Read a file's demonstrations, called like it and, where there are several, their groups."""
-    recordings = []
-    for name, arrays in _demonstrations(tree).items():
+    recordings: list[Recording] = []
+    demonstrations = _demonstrations(tree)
+    for name, arrays in demonstrations.items():
+        yield Progress(len(recordings), len(demonstrations), f"reading {tree.path.name}")
         chosen = _Choice(tree, arrays, options)
-        body = chosen.body()
+        body = (yield from chosen.body()) if len(demonstrations) == 1 else finish(chosen.body())
         full_name = " ".join(filter(None, (tree.path.stem, name)))
         remarks = (*chosen.remarks(), *tree.remarks)
         recordings.append(
@@ -357,7 +382,7 @@ class _Choice:
         cells: list[list[str]] = []
         self.parts = []
         for array in self.read:
-            table = array.sample_table(self.rows, _SAMPLE)
+            table = array.sample_table(self.rows, slice(_SAMPLE))
             titles = names.get(f"/{array.path}")
             if titles is None:
                 titles = (array.path if taken[array.leaf] else array.leaf,)
@@ -432,41 +457,52 @@ class _Choice:
         left_out = (name for name in options.leave_out if name in known or name.isdecimal())
         return replace(options, leave_out=tuple(left_out))
 
-    def body(self) -> TableBody:
+    def body(self) -> Generator[Progress, None, TableBody]:
         """Read the arrays, that of the times first, while there is nothing else in memory."""
         numeric = [index for index in range(len(self.parts)) if index in self.roles.numeric]
         table = np.empty((self.rows, len(numeric)))
         words: dict[int, TextColumn] = {}
-        times, before = None, None
-        parts = sorted(enumerate(self.parts), key=lambda part: part[0] != self.roles.time)
-        for index, (array, place) in parts:
-            if array is not before:
-                values = np.empty((0, 0))  # so that the one before is gone when this one comes
-                values, before = array.sample_table(self.rows), array
-                alone = values.shape == table.shape and values.dtype == np.float64
+        times, time = None, self.roles.time
+        done, total = 0, sum(array.size for array in self.read)
+        parts = sorted(enumerate(self.parts), key=lambda part: part[0] != time)
+        for array, group in groupby(parts, key=lambda part: part[1][0]):
+            places = {index: place for index, (_, place) in group}
+            whole = any(index != time and index not in numeric for index in places)  # of words
+            step = self.rows if whole else array.block(self.rows)
+            if time in places:
+                reader, stamps = TimestampReader(self.layout.cells(time), "."), np.empty(self.rows)
+            for start in range(0, self.rows, step):
+                values = np.empty((0, 0))  # so that those before are gone when these come
+                values = array.sample_table(self.rows, slice(start, start + step))
+                done += values.nbytes
                 if (
-                    alone
+                    values.shape == table.shape
+                    and values.dtype == np.float64
                     and values.base is None
-                    and all(self.parts[i][0] is array for i in numeric)
+                    and places.keys() >= set(numeric)
                 ):
                     table = values  # which needs no copy
-            if index == self.roles.time:
-                times = self._times(index, values[:, place])
-            elif index in self.roles.numeric:
-                table[:, numeric.index(index)] = values[:, place]
-            else:
-                words[index] = _words(values[:, place], array.codes or self._code_names(array))
-        for column in table.T:
-            column[~np.isfinite(column)] = np.nan
+                for index, place in places.items():
+                    column = values[:, place]
+                    if index == time:
+                        text = column.dtype.kind in "OSU"
+                        stamps[start : start + step] = (
+                            reader.read(_cells(column)) if text else reader.from_array(column)
+                        )
+                    elif index in numeric:
+                        part = table[start : start + step, numeric.index(index)]
+                        part[:] = column
+                        part[~np.isfinite(part)] = np.nan
+                    else:
+                        names = array.codes or self._code_names(array)
+                        words[index] = _words(column, names)
+                yield Progress(min(done, total), total, f"reading {self.layout.path.name}")
+            if time in places:
+                title = self.layout.columns[time]
+                unit = unit_of_time(title)
+                times = reader.finish(stamps, unit, self.layout.path, title.name)
         ragged = np.zeros(self.rows, np.bool_)
         return TableBody(numeric, table, words, range(1, self.rows + 1), ragged, times)
-
-    def _times(self, index: int, stamps: NDArray[Any]) -> RawTimestamps:
-        column = self.layout.columns[index]
-        reader = TimestampReader(self.layout.cells(index), ".")
-        text = stamps.dtype.kind in "OSU"
-        values = reader.read(_cells(stamps)) if text else reader.from_array(stamps)
-        return reader.finish(values, unit_of_time(column), self.layout.path, column.name)
 
     def _code_names(self, array: Array) -> Mapping[int, str]:
         """What the codes of an array stand for, by a list of words beside it that is as long."""
@@ -519,14 +555,14 @@ class _Choice:
             if not read:
                 yield from _unread(array)
             elif width == 1 or apart or not array.path:
-                table = array.sample_table(self.rows, 3)
+                table = array.sample_table(self.rows, slice(3))
                 for place in range(width):
                     row = read.get(place) or ColumnUse("", "", "left out", _few(table[:, place]))
                     name = array.path if width == 1 else f"{array.path} {place + 1}"
                     name = name if array.path else row.name
                     yield replace(row, name=name, size=array.size_text)
             else:
-                cells = _few(array.sample_table(self.rows, 1)[0])
+                cells = _few(array.sample_table(self.rows, slice(1))[0])
                 use = read[0].use
                 yield ColumnUse(array.path, array.unit, use, cells, _WHOLE, array.size_text)
 
@@ -545,7 +581,7 @@ def _unread(array: Array) -> Iterator[ColumnUse]:
         choices = ANY_USE
     if array.is_usable:
         with suppress(InputError):  # told when it is chosen
-            table = array.sample_table(array.length, 3)
+            table = array.sample_table(array.length, slice(3))
             cells = _few(table[:, 0] if array.is_vector else table[0])
     if array.length > 1:
         choices = choices if array.is_usable else ("left out",)
@@ -617,7 +653,7 @@ def _stated_rate(array: Array) -> float | None:
     """The samples a second, where an array is nothing but these."""
     if math.prod(array.shape) != 1 or array.dtype.kind not in "iuf" or not is_rate_name(array.leaf):
         return None
-    rate = float(array.read(None).reshape(-1)[0])
+    rate = float(array.read(_ALL, 0).reshape(-1)[0])
     return rate if 1e-9 < rate < 1e9 else None
 
 
@@ -665,14 +701,13 @@ def _words(values: NDArray[Any], names: Mapping[int, str]) -> TextColumn:
 
 #: Opens a file of arrays, which are there as long as it is open.
 TreeOpener: TypeAlias = Callable[[Path], AbstractContextManager[Tree]]
+#: What is made of a file's arrays, as a job where it takes long.
+TreeUse: TypeAlias = Callable[[Tree, ReadOptions], ResultT | Generator[Progress, None, ResultT]]
 
 
 def read_apart(
-    opener: TreeOpener,
-    use: Callable[[Tree, ReadOptions], ResultT],
-    path: Path,
-    options: ReadOptions,
-) -> ResultT:
+    opener: TreeOpener, use: TreeUse[ResultT], path: Path, options: ReadOptions
+) -> Generator[Progress, None, ResultT]:
     """Use a file's tree in a process of its own, which a damaged file may end.
 
     The libraries of HDF5 and MATLAB files are written in C: what a file says wrongly of itself may
@@ -681,7 +716,7 @@ def read_apart(
     from forcelab.process import run_in_process  # not every file needs it
 
     try:
-        return finish(run_in_process(_use_within_bounds, opener, use, path, options))
+        return (yield from run_in_process(_use_within_bounds, opener, use, path, options))
     except InputError:
         raise
     except ForcelabError as error:
@@ -692,25 +727,18 @@ def read_apart(
 
 
 def _use_within_bounds(
-    opener: TreeOpener,
-    use: Callable[[Tree, ReadOptions], ResultT],
-    path: Path,
-    options: ReadOptions,
+    opener: TreeOpener, use: TreeUse[ResultT], path: Path, options: ReadOptions
 ) -> Generator[Progress, None, ResultT]:
     """Use a file's tree with bounds on memory and time, which leave room for what it may need."""
     _set_bounds(path.stat().st_size)
-    yield Progress(0, 1, f"reading {path.name}")
-    return use_tree(opener, use, path, options)
+    return (yield from use_tree(opener, use, path, options))
 
 
 def use_tree(
-    opener: TreeOpener,
-    use: Callable[[Tree, ReadOptions], ResultT],
-    path: Path,
-    options: ReadOptions,
-) -> ResultT:
+    opener: TreeOpener, use: TreeUse[ResultT], path: Path, options: ReadOptions
+) -> Generator[Progress, None, ResultT]:
     with opener(path) as tree:
-        return use(tree, options)
+        return (yield from run_through(use(tree, options)))
 
 
 def _set_bounds(size: int) -> None:

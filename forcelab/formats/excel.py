@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 import warnings
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from datetime import datetime, time, timedelta
@@ -25,6 +25,7 @@ from forcelab.formats.signatures import names_in_zip, naming_damage
 from forcelab.formats.table import make_recording, preview_layout, read_rows
 from forcelab.formats.table_columns import choose_roles
 from forcelab.formats.table_sniff import HEAD, Layout, Line, find_layout, is_comment
+from forcelab.jobs import Progress
 
 _WORKBOOK: Final = "xl/workbook.xml"
 #: Rows looked at to find out how a sheet is filled, and rows read at a time.
@@ -43,7 +44,7 @@ def sniff(path: Path, head: bytes) -> bool:
     return head.startswith(b"PK\x03\x04") and _WORKBOOK in names_in_zip(path)
 
 
-def read(path: Path, options: ReadOptions) -> list[Recording]:
+def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Recording]]:
     """Read each sheet that holds a table; called like the file, and the sheet if there are several.
 
     A sheet that cannot be read is left out with a remark if another one can, unless the options
@@ -57,7 +58,7 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
         for title in timed or layouts:
             layout = layouts[title]
             alone = len(timed) == 1
-            result = _read_sheet(
+            result = yield from _read_sheet(
                 book[title],
                 path.stem if alone else f"{path.stem} {title}",
                 replace(layout, path=path) if alone else layout,
@@ -90,12 +91,13 @@ def _has_times(layout: Layout, options: ReadOptions) -> bool:
 
 def _read_sheet(
     sheet: Any, name: str, layout: Layout, options: ReadOptions
-) -> Recording | InputError:
+) -> Generator[Progress, None, Recording | InputError]:
     """The recording in a sheet, or what is wrong with it."""
     try:
         roles = choose_roles(layout, options)
         rows = _blocks(_lines(sheet, layout.dialect.width), layout.skip)
-        return make_recording(name, layout, roles, read_rows(layout, roles, rows), options)
+        body = yield from read_rows(layout, roles, rows, 0)  # what a sheet says need not be true
+        return make_recording(name, layout, roles, body, options)
     except InputError as error:
         return error
 

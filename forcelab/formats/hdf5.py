@@ -7,7 +7,7 @@ are left out, and so are soft links, which only repeat what has a place of its o
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
@@ -22,6 +22,7 @@ from forcelab.formats.arrays import (
     Array,
     Tree,
     check_size,
+    cut,
     is_rate_name,
     preview_tree,
     read_apart,
@@ -29,6 +30,7 @@ from forcelab.formats.arrays import (
 )
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.signatures import naming_damage
+from forcelab.jobs import Progress, finish
 from forcelab.text import listed
 
 #: How deep groups may be nested, and how many groups and data sets a file may hold.
@@ -48,14 +50,14 @@ def sniff(path: Path, head: bytes) -> bool:  # noqa: ARG001 - as every format
     return head.startswith(b"\x89HDF\r\n\x1a\n")
 
 
-def read(path: Path, options: ReadOptions) -> list[Recording]:
+def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Recording]]:
     """Read a file as a demonstration, or as many as its groups are numbered."""
     return read_apart(_open_tree, read_tree, path, options)
 
 
 def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
     """What the data sets of a file would be read as."""
-    return read_apart(_open_tree, preview_tree, path, options)
+    return finish(read_apart(_open_tree, preview_tree, path, options))
 
 
 @contextmanager
@@ -175,6 +177,7 @@ class Walk:
                     codes={int(code): str(name) for name, code in codes.items()}
                     or dict(enumerate(names)),
                     rate=rate,
+                    chunks=(*(data.chunks or (1,) * len(shape)), *part.shape),
                 )
             )
 
@@ -182,25 +185,33 @@ class Walk:
         return np.dtype(np.float64) if attributes.scales() else dtype
 
     def load(
-        self, data: Any, path: str, member: str, attributes: Attributes, rows: int | None
+        self,
+        data: Any,
+        path: str,
+        member: str,
+        attributes: Attributes,
+        part: slice,
+        axis: int,
     ) -> NDArray[Any]:
-        """The first rows of a data set, or all of it, as what was measured."""
+        """A part of a data set as what was measured."""
         import h5py
 
         stored = min(int(data.id.get_storage_size()), self.size)
         width = max(data.dtype.itemsize / 8, 1)
         count = math.prod(data.shape)
-        if rows is not None and data.ndim:
-            count = count // max(1, data.shape[0]) * min(rows, data.shape[0])
+        if part.start is None and part.stop is not None and axis < data.ndim:
+            # The first rows are looked at; what goes on from there reads all of it in the end.
+            count = count // max(1, data.shape[axis]) * min(part.stop, data.shape[axis])
         check_size(path, math.ceil(count * width), stored)
         if data.chunks:  # a chunk is unpacked as a whole, whatever is read of it
             check_size(path, math.ceil(math.prod(data.chunks) * width), stored)
         source = data.fields(member) if member else data
-        part = data.dtype.fields[member][0] if member else data.dtype
-        if h5py.check_string_dtype(part) is not None and not member:
+        kind = data.dtype.fields[member][0] if member else data.dtype
+        if h5py.check_string_dtype(kind) is not None and not member:
             source = data.asstr(errors="replace")
-        values = source[() if data.ndim == 0 or rows is None else slice(rows)]
-        values = np.asarray(values)
+        values = np.asarray(cut(source, part, axis))
+        if data.ndim <= axis:  # an axis of the member
+            values = cut(values, part, axis)
         if values.dtype == object:
             words = [_decoded(value) for value in values.flat]
             return np.array(words, dtype=object).reshape(values.shape)

@@ -9,16 +9,18 @@ import contextlib
 import os
 import re
 import tempfile
+import time
 from collections import Counter
 from collections.abc import Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
+from typing import TypeVar
 
 from forcelab.demonstration import Demonstration, VideoReference
 from forcelab.errors import InputError
-from forcelab.formats import identify, read
-from forcelab.formats.archive import read_archive
+from forcelab.formats import identify, reading
+from forcelab.formats.archive import unpacking
 from forcelab.formats.calibration import read_calibrations
 from forcelab.formats.label_tables import has_labels_beside
 from forcelab.formats.recording import ReadOptions, Recording
@@ -27,6 +29,8 @@ from forcelab.project import AddResult, NewDemonstration, Project
 from forcelab.project.records import Keepable
 from forcelab.signals.grid import glitch_remarks
 from forcelab.text import listed
+
+ResultT = TypeVar("ResultT")
 
 #: What parts a recording's name from that of one of its videos.
 _SEPARATOR = re.compile("[._-]")
@@ -274,15 +278,19 @@ def importing(
         read_files: dict[Path, list[Recording]] = {}
         failures: dict[Path, InputError] = {}
         for done, path in enumerate(paths):
-            yield Progress(done, total, f"reading {path.name}")
             file_options = replace(options, format=options.format or formats[path])
+            overall = Progress(done, total, f"reading {path.name}")
+            yield overall
+            which = f", file {done + 1} of {len(paths)}" if len(paths) > 1 else ""
             try:
+                steps = reading(path, file_options)
+                recordings = yield from _relayed(steps, overall, which)
                 read_files[path] = [
                     replace(
                         recording,
                         remarks=(*recording.remarks, *glitch_remarks(recording.demonstration)),
                     )
-                    for recording in _checked(path, read(path, file_options))
+                    for recording in _checked(path, recordings)
                 ]
             except InputError as error:
                 failures[path] = error
@@ -295,8 +303,9 @@ def importing(
         if bad_videos and options.strict:
             raise _refusal(bad_videos, len(paths) + len(bad_videos))
         failures |= bad_videos
-        yield Progress(len(paths), total, f"writing {project.name}")
-        demonstrations = _write(project, read_files, options)
+        writing = Progress(len(paths), total, f"writing {project.name}")
+        yield writing
+        demonstrations = yield from _relayed(_writing(project, read_files, options), writing)
     yield Progress(total, total, "done")
     statistics: Counter[str] = Counter()
     for recording in chain.from_iterable(read_files.values()):
@@ -309,12 +318,31 @@ def importing(
     )
 
 
+#: Seconds after which the progress of a single step, such as one file, is shown.
+SLOW = 1.0
+
+
+def _relayed(
+    steps: Generator[Progress, None, ResultT], overall: Progress, which: str = ""
+) -> Generator[Progress, None, ResultT]:
+    """Run one step of an import: where it takes long, its own progress is that of the import."""
+    begun = time.monotonic()
+    with contextlib.closing(steps):
+        while True:
+            try:
+                step = next(steps)
+            except StopIteration as end:
+                result: ResultT = end.value
+                return result
+            own = step.total > 1 and time.monotonic() - begun >= SLOW
+            yield replace(step, text=f"{overall.text}{which}") if own else overall
+
+
 def _unpacking(
     project: Path, path: Path, options: ReadOptions
 ) -> Generator[Progress, None, ImportReport]:
     """Make a project of a whole archive."""
-    yield Progress(0, 1, f"unpacking {path.name}")
-    with read_archive(path, project) as unpacked:
+    with (yield from unpacking(path, project)) as unpacked:
         infos = unpacked.demonstrations.infos()
     yield Progress(1, 1, "done")
     demonstrations = tuple(Imported(path, AddResult(i.id, i.name, "new")) for i in infos)
@@ -382,9 +410,11 @@ def _checked(path: Path, recordings: list[Recording]) -> list[Recording]:
     return recordings
 
 
-def _write(
-    project: Path, read_files: Mapping[Path, list[Recording]], options: ReadOptions
-) -> tuple[Imported, ...]:
+def _writing(
+    project: Path,
+    read_files: Mapping[Path, list[Recording]],
+    options: ReadOptions,
+) -> Generator[Progress, None, tuple[Imported, ...]]:
     """Add all demonstrations or none; a new project gets its name once it is complete."""
     files = [file for file, recordings in read_files.items() for _ in recordings]
     demonstrations = [
@@ -403,13 +433,15 @@ def _write(
     if Project.vacant(project):
         try:
             with Project.creating(project) as created:
-                return tuple(map(Imported, files, created.demonstrations.add_all(demonstrations)))
+                added = yield from created.demonstrations.add_all_job(demonstrations)
+            return tuple(map(Imported, files, added))
         except InputError:
             if Project.vacant(project):
                 raise
             # Another import made the project while this one was filling its own.
     with Project.open(project) as opened:
-        return tuple(map(Imported, files, opened.demonstrations.add_all(demonstrations)))
+        added = yield from opened.demonstrations.add_all_job(demonstrations)
+    return tuple(map(Imported, files, added))
 
 
 def _unreported(demonstration: Demonstration, options: ReadOptions) -> list[Keepable]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 import tempfile
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Generator, Sequence
 from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Any, Final
@@ -26,6 +26,7 @@ from forcelab.formats.rosbag_topics import values_within
 from forcelab.formats.signatures import is_lerobot_folder, lerobot_folder
 from forcelab.formats.table_columns import is_unlabelled, missing_remark
 from forcelab.formats.timestamps import RepairedTimestamps
+from forcelab.jobs import Progress
 from forcelab.labels import UNLABELLED, Track, from_codes
 from forcelab.project.files import file_errors
 from forcelab.signals.channels import channel_map
@@ -45,7 +46,7 @@ def sniff(path: Path, head: bytes) -> bool:
     return is_lerobot_folder(lerobot_folder(path)) and b'"codebase_version"' in head
 
 
-def read(path: Path, options: ReadOptions) -> list[Recording]:
+def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Recording]]:
     """Read the chosen episodes of a dataset; its ``meta/info.json`` stands for the folder."""
     dataset = Dataset(path)
     columns, cameras = choose_features(dataset, options)
@@ -56,9 +57,11 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
             f"signal (--signal)."
         )
     shared = _remarks(dataset, features, cameras if options.unpack else ())
-    recordings = []
+    recordings: list[Recording] = []
+    chosen = _chosen(dataset, options)
     pictures = [camera for camera in cameras if camera in dataset.pictures and options.unpack]
-    for episode, table in dataset.frames(_chosen(dataset, options), features + pictures):
+    for episode, table in dataset.frames(chosen, features + pictures):
+        yield Progress(len(recordings), len(chosen), f"reading {dataset.path.name}")
         times = dataset.times(episode, table, strict=options.strict)
         channels = tuple(Channel(column.name) for column in columns)
         signals = dataset.signals(table, columns)[times.rows]

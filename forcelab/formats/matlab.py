@@ -10,7 +10,7 @@ import math
 import struct
 import warnings
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from functools import partial
 from pathlib import Path
@@ -27,12 +27,14 @@ from forcelab.formats.arrays import (
     Array,
     Tree,
     check_size,
+    cut,
     preview_tree,
     read_apart,
     read_tree,
 )
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.signatures import naming_damage
+from forcelab.jobs import Progress, finish
 from forcelab.text import listed
 
 #: Where the HDF5 part of a file of version 7.3 begins.
@@ -60,14 +62,14 @@ def _is_version_4(head: bytes, order: str) -> bool:
     return plausible and 1 < name <= 64 and head[20 : 20 + name].endswith(b"\0")
 
 
-def read(path: Path, options: ReadOptions) -> list[Recording]:
+def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Recording]]:
     """Read a file as a demonstration, or as many as its structs or cells are numbered."""
     return read_apart(_open_tree, read_tree, path, options)
 
 
 def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
     """What the arrays of a file would be read as."""
-    return read_apart(_open_tree, preview_tree, path, options)
+    return finish(read_apart(_open_tree, preview_tree, path, options))
 
 
 @contextmanager
@@ -111,7 +113,7 @@ class _Variables:
             else:
                 check_size(name, math.prod(shape), self._path.stat().st_size)
                 dtype = np.dtype({"double": "f8", "single": "f4", "logical": "u1"}.get(kind, kind))
-                self._arrays.append(Array(name, shape, dtype, partial(self._first, name)))
+                self._arrays.append(Array(name, shape, dtype, partial(self._part, name)))
         remarks = []
         if self._left:
             remarks.append(
@@ -125,7 +127,7 @@ class _Variables:
 
         return loadmat(self._path, variable_names=[name])[name]
 
-    def _first(self, name: str, rows: int | None) -> NDArray[Any]:
+    def _part(self, name: str, part: slice, axis: int) -> NDArray[Any]:
         with _naming_damage(self._path):
             values = self._variable(name)
         if not isinstance(values, np.ndarray) or values.dtype.kind not in "biuf":
@@ -133,7 +135,7 @@ class _Variables:
                 f"'{self._path}': {name} is sparse or holds complex numbers, which are no "
                 f"measurements; leave it out (--leave-out {name})."
             )
-        return values if rows is None else values[:rows]
+        return np.asarray(cut(values, part, axis))
 
     def _add(self, path: str, value: Any, depth: int) -> None:
         """Add what is in a value: a struct, a cell, text or numbers."""
@@ -163,7 +165,7 @@ class _Variables:
             self._add_values(path, np.strings.rstrip(value) if value.dtype.kind == "U" else value)
 
     def _add_values(self, path: str, value: NDArray[Any]) -> None:
-        self._arrays.append(Array(path, value.shape, value.dtype, lambda rows: value[:rows]))
+        self._arrays.append(Array(path, value.shape, value.dtype, partial(cut, value)))
 
 
 def _as_text(item: Any) -> str | None:
@@ -258,7 +260,7 @@ class _Walk73(hdf5.Walk):
         words = [self._text(target) for target in targets]
         if targets and None not in words:
             texts = np.array(words, dtype=object)
-            self.arrays.append(Array(path, texts.shape, texts.dtype, lambda rows: texts[:rows]))
+            self.arrays.append(Array(path, texts.shape, texts.dtype, partial(cut, texts)))
             return
         # A struct's fields are numbered as its elements are: a.2.b.
         above, _, last = path.rpartition(".")
@@ -284,22 +286,28 @@ class _Walk73(hdf5.Walk):
             super().add_data_set(data, path, rate)
             for place in range(before, len(self.arrays)):
                 array = self.arrays[place]
-                load = partial(_reversed, array.read)
                 self.arrays[place] = Array(
-                    array.path, array.shape[::-1], array.dtype, load, array.unit, rate=array.rate
+                    array.path,
+                    array.shape[::-1],
+                    array.dtype,
+                    partial(_cut_reversed, array.read, len(array.shape)),
+                    array.unit,
+                    rate=array.rate,
+                    chunks=array.chunks[::-1],
                 )
             return
         check_size(path, math.prod(data.shape), self.size)
         letters = np.ascontiguousarray(data[()].T).astype("<u2")
         words = [row.tobytes().decode("utf-16-le", "replace").rstrip() for row in letters]
         texts = np.array(words, dtype=object)
-        self.arrays.append(Array(path, texts.shape, texts.dtype, lambda rows: texts[:rows]))
+        self.arrays.append(Array(path, texts.shape, texts.dtype, partial(cut, texts)))
 
 
-def _reversed(load: Callable[[int | None], NDArray[Any]], rows: int | None) -> NDArray[Any]:
-    """An array with its axes as in MATLAB."""
-    values = load(None).T
-    return values if rows is None else values[:rows]
+def _cut_reversed(
+    load: Callable[[slice, int], NDArray[Any]], axes: int, part: slice, axis: int
+) -> NDArray[Any]:
+    """A part of an array whose axes are reversed in the file."""
+    return load(part, max(0, axes - 1 - axis)).T
 
 
 def _class_of(item: Any) -> str:

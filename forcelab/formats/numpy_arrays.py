@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import sys
 import zipfile
+from collections.abc import Generator
 from contextlib import AbstractContextManager
 from functools import partial
 from pathlib import Path
@@ -16,9 +17,10 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
-from forcelab.formats.arrays import Array, Tree, check_size, preview_tree, read_tree
+from forcelab.formats.arrays import Array, Tree, check_size, cut, preview_tree, read_tree
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.signatures import names_in_zip, naming_damage
+from forcelab.jobs import Progress
 from forcelab.text import listed
 
 _NPY: Final = b"\x93NUMPY"
@@ -35,10 +37,10 @@ def sniff(path: Path, head: bytes) -> bool:
     return all(name.endswith(".npy") for name in names) if names else b".npy" in head[:100]
 
 
-def read(path: Path, options: ReadOptions) -> list[Recording]:
+def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Recording]]:
     """Read the arrays of a file as a demonstration, or as many as its groups are numbered."""
     with _naming_damage(path):
-        return read_tree(_tree(path), options)
+        return (yield from read_tree(_tree(path), options))
 
 
 def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
@@ -51,7 +53,8 @@ def _tree(path: Path) -> Tree:
     arrays: list[Array] = []
     left: list[str] = []
     with path.open("rb") as file:
-        if file.read(len(_NPY)) == _NPY:
+        zipped = file.read(len(_NPY)) != _NPY
+        if not zipped:
             file.seek(0)
             members = {"": path.stat().st_size}
             headers = {"": _header(file)}
@@ -74,7 +77,9 @@ def _tree(path: Path) -> Tree:
             array_path = ".".join(part for part in (name, field) if part)
             whole = (*shape, *field_type.shape)
             load = partial(_load, path, name, field)
-            arrays.append(Array(array_path, whole, field_type.base, load))
+            # What is packed in an archive is unpacked from its start each time.
+            chunks = () if name or zipped else (1,) * len(whole)
+            arrays.append(Array(array_path, whole, field_type.base, load, chunks=chunks))
     remarks = []
     if left:
         remarks.append(
@@ -114,16 +119,15 @@ def _header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any], int]:
     return shape, dtype, file.tell()
 
 
-def _load(path: Path, name: str, field: str, rows: int | None) -> NDArray[Any]:
-    """The first rows of an array, or all of it."""
+def _load(path: Path, name: str, field: str, part: slice, axis: int) -> NDArray[Any]:
+    """A part of an array."""
     with _naming_damage(path):
         if not name and not zipfile.is_zipfile(path):
             values = np.load(path, mmap_mode="r", allow_pickle=False)
         else:
             with zipfile.ZipFile(path) as archive, archive.open(f"{name}.npy") as file:
                 values = npy.read_array(file, allow_pickle=False)
-        values = values if rows is None else values[:rows]
-        values = np.array(values[field] if field else values)
+        values = np.array(cut(values[field] if field else values, part, axis))
         if values.dtype.kind == "U":
             letters = values.reshape(-1).view(np.dtype("u4").newbyteorder(values.dtype.byteorder))
             if (letters > sys.maxunicode).any():

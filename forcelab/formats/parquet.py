@@ -7,7 +7,7 @@ its fields.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -29,6 +29,7 @@ from forcelab.formats.table_sniff import (
     column_kinds,
     name_columns,
 )
+from forcelab.jobs import Progress
 from forcelab.text import listed
 
 _PARQUET, _ARROW, _STREAM = b"PAR1", b"ARROW1\0\0", b"\xff\xff\xff\xff"
@@ -51,7 +52,7 @@ def sniff(path: Path, head: bytes) -> bool:
     return stream or head.startswith((_PARQUET, _ARROW))
 
 
-def read(path: Path, options: ReadOptions) -> list[Recording]:
+def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Recording]]:
     """Read a table, and the labels beside it, as one demonstration, called like the file.
 
     Only the columns that become something are read.
@@ -64,11 +65,13 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     sources = [source for source in table.sources if not roles.left_out.issuperset(source.indices)]
     first = 1
     with _naming_damage(path):
+        rows = _stated_rows(path)
         for batch in _batches(path, {source.top for source in sources}, len(read_columns)):
             numbers = np.arange(first, first + batch.num_rows)
             columns = _columns(batch, sources, first, path)
             reader.read(numbers, _cells(columns, table.layout, roles, first == 1))
             first += batch.num_rows
+            yield Progress(min(first - 1, rows), rows, f"reading {path.name}")
     body = reader.finish()
     return [make_recording(path.stem, table.layout, roles, body, options, table.remarks)]
 
@@ -163,6 +166,15 @@ def _schema(path: Path) -> Any:
         opened = pa.ipc.open_stream(source) if stream else pa.ipc.open_file(source)
         with opened:
             return opened.schema
+
+
+def _stated_rows(path: Path) -> int:
+    """How many rows a file says that it has; 0 of an Arrow file, which does not say."""
+    from pyarrow.parquet import read_metadata
+
+    with path.open("rb") as file:
+        parquet = file.read(len(_PARQUET)) == _PARQUET
+    return int(read_metadata(path).num_rows) if parquet else 0
 
 
 def _batches(path: Path, tops: Collection[int], columns: int, rows: int = _BLOCK_ROWS) -> Any:

@@ -13,7 +13,7 @@ import os
 import shutil
 import struct
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
@@ -48,6 +48,7 @@ from forcelab.formats.rosbag_topics import (
 )
 from forcelab.formats.signatures import BAG_METADATA
 from forcelab.formats.table_columns import MOST_LABELS, is_unlabelled, missing_remark
+from forcelab.jobs import Progress
 from forcelab.labels import UNLABELLED, Track, from_codes
 from forcelab.text import counted, listed
 
@@ -178,7 +179,7 @@ def sniff(path: Path, head: bytes) -> bool:
     return database or head.startswith((_ROS1, _MCAP, _METADATA))
 
 
-def read(path: Path, options: ReadOptions) -> list[Recording]:
+def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Recording]]:
     """Read a bag as one demonstration, called like the file, or the folder of a ROS 2 bag.
 
     Its metadata or one file of its data stand for a folder. A labels file beside it is read where
@@ -193,11 +194,19 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
             )
         data = select_fields(topics, options)
         pictures, left_pictures = select_pictures(topics, options)
-        _fill([*data, *pictures], bag)
+        # Those of pictures are read twice: once their times are known they are written.
+        read_names = [topic.topic for topic in (*data, *pictures, *pictures)]
+        total = sum(c.msgcount * read_names.count(c.topic) for c in bag.connections)
+        numbers = itertools.count(1)
+
+        def count() -> Progress:
+            return Progress(min(next(numbers), total), total, f"reading {path.name}")
+
+        yield from _fill([*data, *pictures], bag, count)
         names = _constants(topics, data, bag)
         types = {c.topic: c.msgtype.replace("/msg/", "/") for c in bag.connections}
         aligned = align_topics(data, str(path), strict=options.strict, pictures=pictures)
-        videos, video_remarks = _write_videos(bag, aligned.frames, options)
+        videos, video_remarks = yield from _write_videos(bag, aligned.frames, options, count)
     fields = [field_ for topic in data for field_ in topic.fields]
     channels = tuple(channel for field_ in fields for channel in field_.channels)
     demonstration = Demonstration(
@@ -492,8 +501,14 @@ def survey_topics(bag: Any) -> tuple[list[Contents], list[str]]:
     return topics, unreadable
 
 
-def _fill(data: Sequence[TopicData], bag: Any) -> None:
-    """Read all messages of what was chosen, topic by topic.
+#: Messages that are read from one progress to the next.
+_STEP: Final = 50
+
+
+def _fill(
+    data: Sequence[TopicData], bag: Any, count: Callable[[], Progress]
+) -> Generator[Progress, None, None]:
+    """Read all messages of what was chosen, topic by topic; `count` counts them.
 
     The library unpacks a chunk anew whenever the next message is of another one, which, over all
     topics together, may be every time.
@@ -502,11 +517,14 @@ def _fill(data: Sequence[TopicData], bag: Any) -> None:
         connections = [c for c in bag.connections if c.topic == topic.topic]
         for arrived, message in _messages(bag, connections):
             topic.add(arrived, message)
+            progress = count()
+            if progress.done % _STEP == 0:
+                yield progress
 
 
 def _write_videos(
-    bag: Any, frames: Sequence[FrameTimes], options: ReadOptions
-) -> tuple[list[VideoReference], list[str]]:
+    bag: Any, frames: Sequence[FrameTimes], options: ReadOptions, count: Callable[[], Progress]
+) -> Generator[Progress, None, tuple[list[VideoReference], list[str]]]:
     """Write the pictures of each topic into a video; with remarks."""
     videos: list[VideoReference] = []
     remarks: list[str] = []
@@ -520,7 +538,9 @@ def _write_videos(
         connections = [c for c in bag.connections if c.topic == times.topic]
         messages = _messages(bag, connections)
         path = video_path(folder, times.topic)
-        video, video_remarks = write_video(messages, times, path, strict=options.strict)
+        video, video_remarks = yield from write_video(
+            messages, times, path, count, strict=options.strict
+        )
         videos += [video] if video is not None else []
         remarks += video_remarks
     return videos, remarks

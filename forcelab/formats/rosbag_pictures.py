@@ -6,7 +6,7 @@ JPEG goes into the video as it is; PNG and raw pixels are encoded as JPEG.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Any, Final
@@ -17,6 +17,7 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import VideoReference
 from forcelab.errors import InputError
 from forcelab.formats.rosbag_topics import FrameTimes
+from forcelab.jobs import Progress
 from forcelab.project.files import file_errors
 from forcelab.text import amount, counted, left_out
 
@@ -64,11 +65,17 @@ def describe_picture(message: Any) -> tuple[str, str]:
 
 
 def write_video(
-    messages: Iterator[tuple[int, Any]], frames: FrameTimes, path: Path, *, strict: bool
-) -> tuple[VideoReference | None, tuple[str, ...]]:
+    messages: Iterator[tuple[int, Any]],
+    frames: FrameTimes,
+    path: Path,
+    count: Callable[[], Progress],
+    *,
+    strict: bool,
+) -> Generator[Progress, None, tuple[VideoReference | None, tuple[str, ...]]]:
     """Write the pictures of a topic into a new file, one after the other; also gives remarks.
 
-    Those that are damaged, or of another size than the first, are left out; `strict` refuses them.
+    `count` counts the messages. Pictures that are damaged, or of another size than the first, are
+    left out; `strict` refuses them.
     """
     from forcelab.video.jpeg_writer import JpegVideoWriter
     from forcelab.video.pictures import PictureError
@@ -81,6 +88,7 @@ def write_video(
     with ExitStack() as stack:
         stack.enter_context(file_errors(f"The pictures of {topic} were not written to '{path}'"))
         for row, (_, message) in enumerate(messages):
+            yield count()
             if row not in times:
                 continue
             try:

@@ -8,7 +8,7 @@ those for headers in :mod:`~forcelab.formats.table_sniff`, those for what a colu
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -63,6 +63,7 @@ from forcelab.formats.timestamps import (
     repair_timestamps,
 )
 from forcelab.formats.track_text import plain_text
+from forcelab.jobs import Progress
 from forcelab.labels import UNLABELLED, Track, from_codes
 from forcelab.text import counted, listed
 
@@ -90,7 +91,7 @@ def sniff(path: Path, head: bytes) -> bool:
     return len(layout.sample) > max(1, _TABLE_SHARE * len(body))
 
 
-def read(path: Path, options: ReadOptions) -> list[Recording]:
+def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Recording]]:
     """Read a table, and the labels beside it, as one demonstration, called like the file.
 
     With ``options.rate`` a table without times has that many rows a second, or as many samples
@@ -107,7 +108,7 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
             )
     roles = choose_roles(layout, options)
     rows = lines(path, layout.encoding, layout.skip, sections=layout.sections)
-    body = read_rows(layout, roles, rows)
+    body = yield from read_rows(layout, roles, rows, path.stat().st_size)
     remarks = []
     if layout.sections and any(lines(path, layout.encoding, int(body.lines[-1]))):
         remarks.append("More tables follow in the file; only the first one was read.")
@@ -302,12 +303,21 @@ class BodyReader:
 
 
 def read_rows(
-    layout: Layout, roles: ColumnRoles, row_blocks: Iterable[tuple[list[int], list[str]]]
-) -> TableBody:
-    """Read all rows of a table as text: blocks of their 1-based line numbers and lines."""
-    dialect, reader = layout.dialect, BodyReader(layout, roles)
+    layout: Layout,
+    roles: ColumnRoles,
+    row_blocks: Iterable[tuple[list[int], list[str]]],
+    size: int,
+) -> Generator[Progress, None, TableBody]:
+    """Read all rows of a table as text: blocks of their 1-based line numbers and lines.
+
+    `size` is about how many letters they have, 0 where that is not known.
+    """
+    dialect, reader, done = layout.dialect, BodyReader(layout, roles), 0
     rest = [i for i in range(len(layout.columns)) if i not in reader.plain]
     for line_numbers, rows in row_blocks:
+        if done:
+            yield Progress(min(done, size), size, f"reading {layout.path.name}")
+        done += len(rows) + sum(map(len, rows))
         quick = _parse_block(rows, dialect, reader.plain)
         columns: dict[int, Sequence[str] | NDArray[Any]]
         if quick is not None:
@@ -620,7 +630,8 @@ _LONG_SHARE, _LONG_WORDS = 0.9, 100
 def _refuse_long_format(table: _Table) -> None:
     """Refuse a table with several rows a time, each for another channel or sensor."""
     body, layout = table.body, table.layout
-    repeats = body.times is not None and np.diff(body.times.values) == 0
+    stamps = body.times.values if body.times is not None else np.empty(0)
+    repeats = stamps[1:] == stamps[:-1]
     if not np.any(repeats) or np.mean(repeats) < 0.4:
         return
     for index, text in body.words.items():

@@ -505,7 +505,8 @@ def word_columns(layout: Layout, roles: ColumnRoles, words: Mapping[int, TextCol
 
 def missing_remark(signals: NDArray[np.float64], channels: Sequence[Channel]) -> list[str]:
     """A remark on samples that are missing (NaN) or cannot have been measured."""
-    counts = [int((~(np.abs(values) <= LARGEST)).sum()) for values in signals.T]  # nor is NaN
+    measured = (np.count_nonzero((v >= -LARGEST) & (v <= LARGEST)) for v in signals.T)  # nor is NaN
+    counts = [len(signals) - int(number) for number in measured]
     total = sum(counts)
     if not total:
         return []

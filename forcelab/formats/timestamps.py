@@ -29,7 +29,7 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_left
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import date
@@ -38,7 +38,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.demonstration import GAP_PERIODS
+from forcelab.demonstration import GAP_PERIODS, median_step
 from forcelab.errors import InputError
 from forcelab.formats.table_sniff import (
     MISSING,
@@ -98,12 +98,13 @@ class TimestampReader:
         self._days: dict[tuple[str, str, str], int] = {}
         self._base = 0
         self._written = kinds.count(CellType.STAMP) > len(present) / 2
-        self._dated = False
+        self._dated = self._halved = False
         if self._written:
             match = STAMP.fullmatch(present[kinds.index(CellType.STAMP)])
             with suppress(ValueError):  # a day that is none is named with its line when it is read
                 self._base = ((match and self._day(match)) or 0) * _DAY
             self._dated = match is not None and bool(match["year"] or match["last_year"])
+            self._halved = match is not None and bool(match["half"])
         else:
             pairs = zip(present, kinds, strict=True)
             readable = [cell for cell, kind in pairs if kind is CellType.NUMBER] or ["0"]
@@ -212,8 +213,13 @@ class TimestampReader:
             day = self._day(match)
         except ValueError as error:
             raise NotANumberError(index, cell) from error
-        if self._dated != (day is not None) or hour > 24 or minute > 59 or second > 60:
+        half = match["half"]
+        hours = range(1, 13) if half else range(25)
+        wrong = self._dated != (day is not None) or self._halved != bool(half)
+        if wrong or hour not in hours or minute > 59 or second > 60:
             raise NotANumberError(index, cell)
+        if half:
+            hour = hour % 12 + (12 if half in "pP" else 0)
         seconds = (day or 0) * _DAY - self._base + hour * 3600 + minute * 60 + second
         zone = match["zone"]
         if zone and zone[0] in "+-":
@@ -318,7 +324,7 @@ def repair_timestamps(
     rows = _Rows(where, lines, strict, np.ones(raw.values.size, np.bool_), raw.values, row, line)
     rows.drop(np.isnan(rows.values), "{rows} without a usable stamp {were} dropped")
     if raw.absolute:
-        late = raw.seconds(rows.values) > YEAR_2100
+        late = _marked(lambda values: raw.seconds(values) > YEAR_2100, rows.values)
         rows.drop(late, "{rows} stamped after 2100 {were} dropped")
     _drop_far(rows)
     _treat_repeats(rows, jitter, bursts)
@@ -334,20 +340,42 @@ def repair_timestamps(
     return RepairedTimestamps(times, rows.kept, start, tuple(rows.remarks))
 
 
+#: Stamps that are looked at at a time, where there may be no room for copies of all.
+_BLOCK = 2**17
+
+
+def _marked(
+    condition: Callable[..., NDArray[np.bool_]], *arrays: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """For which elements of arrays of one length a condition holds."""
+    marks = np.empty(len(arrays[0]), np.bool_)
+    for start in range(0, len(marks), _BLOCK):
+        stop = start + _BLOCK
+        marks[start:stop] = condition(*(array[start:stop] for array in arrays))
+    return marks
+
+
 def _drop_far(rows: _Rows) -> None:
     """Rule 3."""
-    if rows.values.size < _FAR_ROWS:
+    values, count = rows.values, rows.values.size
+    if count < _FAR_ROWS:
         return
-    middle = np.median(rows.values)
-    distance = abs(rows.values - middle)
-    rest = distance.size - max(1, int(_FAR_SHARE * distance.size))
-    distance.partition(rest - 1)
-    reach = distance[rest - 1]
-    del distance  # there may be no room for it twice, in order and as the rows are
-    near = abs(rows.values - middle) <= reach
-    first = rows.values.min(where=near, initial=np.inf)
-    length = float(rows.values.max(where=near, initial=-np.inf) - first)
-    far = abs(rows.values - middle) > max(_FAR_LENGTHS * length, reach)
+    rest = count - max(1, int(_FAR_SHARE * count))
+    if (values[1:] >= values[:-1]).all():
+        # As they should be: the median is in the middle, and the nearest ones lie side by side.
+        middle = np.mean(values[(count - 1) // 2 : count // 2 + 1])
+        reach = np.maximum(middle - values[: count - rest + 1], values[rest - 1 :] - middle).min()
+    else:
+        middle = np.median(values)
+        distance = abs(values - middle)
+        distance.partition(rest - 1)
+        reach = distance[rest - 1]
+        del distance  # there may be no room for it twice, in order and as the rows are
+    near = _marked(lambda stamps: abs(stamps - middle) <= reach, values)
+    first = values.min(where=near, initial=np.inf)
+    length = float(values.max(where=near, initial=-np.inf) - first)
+    bound = max(_FAR_LENGTHS * length, reach)
+    far = _marked(lambda stamps: abs(stamps - middle) > bound, values)
     if length > 0:
         rows.drop(
             far,
@@ -358,7 +386,7 @@ def _drop_far(rows: _Rows) -> None:
 
 def _treat_repeats(rows: _Rows, jitter: float, bursts: bool) -> None:
     """Rule 4."""
-    repeats = np.concatenate([[False], np.diff(rows.values) == 0])
+    repeats = np.concatenate([[False], rows.values[1:] == rows.values[:-1]])
     if not repeats.any():
         return
     firsts = np.flatnonzero(~repeats)
@@ -459,7 +487,7 @@ def _nondecreasing(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], ND
 
 def _drop_backward(rows: _Rows) -> None:
     """Rule 6."""
-    back = np.flatnonzero(np.diff(rows.values) <= 0)
+    back = np.flatnonzero(rows.values[1:] <= rows.values[:-1])
     if not back.size:
         return
     bad = np.ones(rows.values.size, dtype=np.bool_)
@@ -498,11 +526,12 @@ def _longest_increasing(values: NDArray[np.float64]) -> NDArray[np.int64]:
 
 def _report_gaps(rows: _Rows, times: NDArray[np.float64]) -> None:
     """Rule 7."""
-    period = float(np.median(np.diff(times), overwrite_input=True))
-    steps = np.diff(times)
-    gaps = steps > GAP_PERIODS * period
+    period = median_step(times)
+    before, after = times[:-1], times[1:]
+    gaps = _marked(lambda start, end: end - start > GAP_PERIODS * period, before, after)
     if gaps.any():
-        number, missing = int(gaps.sum()), float((steps[gaps] - period).sum())
+        number = int(gaps.sum())
+        missing = float((after[gaps] - before[gaps] - period).sum())
         rows.report(
             f"{counted(number, 'gap')} in the stamps, {missing:.3g} s in all, "
             f"{'is' if number == 1 else 'are'} kept as {'a gap' if number == 1 else 'gaps'}",

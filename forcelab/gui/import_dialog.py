@@ -535,6 +535,11 @@ def _optional_line(name: str, placeholder: str) -> QLineEdit:
     return line
 
 
+def _nothing() -> Generator[None, None, None]:
+    """A job that waits for the one before it."""
+    yield
+
+
 _GOES_ON = "Wait until this is imported."
 
 
@@ -571,10 +576,13 @@ class ImportDialog(FileDrop, QDialog):
         self._waits = False
         self._files.currentTextChanged.connect(self._look_at)
         self._bar = ProgressBar("Progress of the import")
+        self._stop = push_button("Cancel", self._cancel, "Cancel the import")
+        self._show_running(False)
+        running = fill_layout(QHBoxLayout(), (self._bar, 1), self._stop)
         column = fill_layout(
             QVBoxLayout(self), self._heading(), (self._files, 1), (self.columns, 3), self._form()
         )
-        fill_layout(column, self._taskless, self._bar, (self._result(), 3), self._button_row())
+        fill_layout(column, self._taskless, running, (self._result(), 3), self._button_row())
         # Only now: a button that is in no dialog yet cannot be its default.
         self._go.setDefault(True)
         self._warn()
@@ -597,6 +605,7 @@ class ImportDialog(FileDrop, QDialog):
     def _form(self) -> QFormLayout:
         """What the files do not say themselves."""
         document = self._document
+        self.open_project_name = QLabel(wordWrap=True, textFormat=Qt.TextFormat.PlainText)
         self._task = QComboBox(editable=True)
         self._task.setAccessibleName("Task")
         self._task.addItems(document.project.demonstrations.tasks() if document.project else ())
@@ -629,6 +638,7 @@ class ImportDialog(FileDrop, QDialog):
         self._taskless.setSizePolicy(keeping)
         self._layout = form = QFormLayout()
         form.addRow("New project", self._new_project_row())
+        form.addRow("Project", self.open_project_name)
         form.addRow("Episodes of a dataset", self.episodes)
         form.addRow("Task", self._task)
         form.addRow("Coder for unsigned labels", self._author)
@@ -652,8 +662,15 @@ class ImportDialog(FileDrop, QDialog):
 
     def _propose_project(self, files: Sequence[Path]) -> None:
         """Propose a new project beside the recordings, where there is none to import into."""
-        self._layout.setRowVisible(0, self._document.project is None)
-        if self._document.project is not None or not files:
+        project = self._document.project
+        self._layout.setRowVisible(0, project is None)
+        self._layout.setRowVisible(self.open_project_name, project is not None)
+        if project is not None:
+            name = f"{project.path.name} (File > New project… begins another)"
+            self.open_project_name.setText(name)
+            self.open_project_name.setToolTip(str(project.path))
+            return
+        if not files:
             return
         recordings = Path(files[0]).absolute().parent
         folder = recordings if os.access(recordings, os.W_OK) else settings.documents_folder()
@@ -717,8 +734,9 @@ class ImportDialog(FileDrop, QDialog):
     def _choose(self) -> None:
         chosen = ask_files(self, "Recordings", "recordings")
         self.add_files(chosen)
-        if chosen:
-            self._go.setFocus()
+        if chosen:  # what is typed next is the task, unless it is known; Enter imports
+            (self._task if self._taskless.isVisibleTo(self) else self._go).setFocus()
+            self._go.setDefault(True)
 
     def _ask_calibration(self) -> None:
         file = ask_file(self, "Calibration file", "calibration", "Calibration files (*.toml)")
@@ -787,7 +805,7 @@ class ImportDialog(FileDrop, QDialog):
         options, files = self.columns.options(options), self._chosen()
         loose = set(_loose_videos(files))
         set_enabled_with_reason(self._go, _GOES_ON)
-        self._bar.setVisible(True)
+        self._show_running(True)
         self._show_report()
         self._jobs.run(
             importing(path, [file for file in files if file not in loose], options),
@@ -797,11 +815,29 @@ class ImportDialog(FileDrop, QDialog):
             key="import",
         )
 
+    def _show_running(self, running: bool) -> None:
+        self._bar.setVisible(running)
+        self._stop.setVisible(running)
+        self._stop.setEnabled(running)
+
+    def _cancel(self) -> None:
+        """Cancel the import; the dialog and its choices stay."""
+        self._stop.setEnabled(False)
+        # It waits until all that the import had begun is cleaned up.
+        self._jobs.run(_nothing(), self._cancelled, key="import")
+
+    def _cancelled(self, _: None) -> None:
+        self._show_running(False)
+        self._changed()
+        self._document.reread()  # it may have been done already
+        self._show_report(["The import was cancelled."])
+        self._go.setFocus()
+
     def _imported(
         self, path: Path, files: Sequence[str], choice: str, report: ImportReport
     ) -> None:
         """Report the import; files that failed or were added meanwhile stay in the list."""
-        self._bar.setVisible(False)
+        self._show_running(False)
         if report.demonstrations:
             _remember(choice)
         if self._document.project is None and self._open_project is not None:
@@ -834,7 +870,7 @@ class ImportDialog(FileDrop, QDialog):
 
     def _failed(self, error: Exception) -> None:
         """Report why nothing was imported; select the files concerned."""
-        self._bar.setVisible(False)
+        self._show_running(False)
         set_enabled_with_reason(self._go, "")
         unread = set(map(str, error.files)) if isinstance(error, InputError) else set()
         self._select(unread)

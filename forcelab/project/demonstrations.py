@@ -14,7 +14,7 @@ import re
 import shutil
 import sqlite3
 from collections import defaultdict
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
@@ -27,6 +27,7 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.io import sync_folder
+from forcelab.jobs import Progress, finish, job
 from forcelab.labels import Track, is_model
 from forcelab.project import files
 from forcelab.project.actions import ActionStore
@@ -230,6 +231,13 @@ class DemonstrationStore:
             If a video cannot be read, two tracks of a demonstration have one author, or labels lie
             beyond their recording by more than a second and 5 % of it; nothing was added.
         """
+        return finish(self.add_all_job(demonstrations))
+
+    @job
+    def add_all_job(
+        self, demonstrations: Iterable[NewDemonstration]
+    ) -> Generator[Progress, None, tuple[AddResult, ...]]:
+        """As :meth:`add_all`, as a job; cancelled, it adds nothing."""
         incoming = tuple(demonstrations)
         for each in incoming:
             check_length(each.demonstration.name, "name")
@@ -255,9 +263,11 @@ class DemonstrationStore:
                 for number, each in enumerate(incoming)
             ]
             # The slow part, while others may still write.
-            for addition in additions:
+            for done, addition in enumerate(additions):
+                yield Progress(done, len(additions), f"writing {self._db.folder.name}")
                 with files.file_errors(addition.failure + others):
                     addition.stage()
+            yield Progress(len(additions), len(additions), f"writing {self._db.folder.name}")
             with self._db.writing():
                 try:
                     for addition in additions:
@@ -357,8 +367,8 @@ class DemonstrationStore:
                 demonstration,
             ):
                 raise InputError(
-                    f"'{row['name']}' was not renamed, as another demonstration of task "
-                    f"'{row['task']}' is called '{name}'; choose another name."
+                    f"'{row['name']}' was not renamed, as another demonstration of "
+                    f"{_task_phrase(row['task'])} is called '{name}'; choose another name."
                 )
             self._db.execute("UPDATE demonstration SET name = ? WHERE id = ?", name, demonstration)
 
@@ -455,7 +465,7 @@ class DemonstrationStore:
         return self._labelled_since(id_, heads)
 
     def _labelled_since(self, id_: str, heads: Mapping[str, int]) -> str:
-        """Says so if a coder has labelled since the tracks had these heads; empty otherwise."""
+        """That a coder has labelled since the tracks had these heads, in words; empty if not."""
         rows = self._db.all(
             "SELECT track.id, author.name FROM track JOIN author ON author.id = track.author "
             "WHERE demonstration = ? AND kind = 'coder'",
@@ -614,8 +624,8 @@ class _Addition:
             )
             if (old["name"], old["task"]) != (self.name, task):
                 self.remarks.append(
-                    f"The same recording was already in the project as '{old['name']}' of task "
-                    f"'{old['task']}'; it is now '{self.name}' of task '{task}'."
+                    f"The same recording was already in the project as '{old['name']}' of "
+                    f"{_task_phrase(old['task'])}; it is now '{self.name}' of {_task_phrase(task)}."
                 )
 
     def _write_track(self, track: Track) -> None:
@@ -661,8 +671,8 @@ class _Addition:
             self.remarks.append(remark.format(name))
         else:
             self.remarks.append(
-                f"Another recording of task '{task}' is called '{own_name}'; this one is now "
-                f"'{name}'."
+                f"Another recording of {_task_phrase(task)} is called '{own_name}'; this one is "
+                f"now '{name}'."
             )
         return name
 
@@ -701,6 +711,10 @@ class _Addition:
             for i, c in enumerate(new.channels)
             if c.name in stored
         )
+
+
+def _task_phrase(task: str) -> str:
+    return f"task '{task}'" if task else "no task"
 
 
 def _file_name(name: str) -> str:

@@ -25,13 +25,25 @@ VERDICT_KINDS: Final[tuple[VerdictKind, ...]] = get_args(VerdictKind)
 
 @dataclass(frozen=True, slots=True)
 class Assignment:
-    """A demonstration that a coder is to label."""
+    """A demonstration that a coder is to label.
 
-    demonstration: str  # its id
-    author: str  # the coder
-    blind: bool  # whether the other tracks and all predictions are hidden until it is done
-    assigned: datetime  # since when, in UTC
-    done: datetime | None = None  # when it was marked as done, in UTC
+    Attributes
+    ----------
+    demonstration, author : str
+        Its id, and the coder.
+    blind : bool
+        Whether the other tracks and all predictions are hidden until it is done.
+    assigned : datetime
+        Since when, in UTC.
+    done : datetime or None
+        When it was marked as done, in UTC.
+    """
+
+    demonstration: str
+    author: str
+    blind: bool
+    assigned: datetime
+    done: datetime | None = None
 
     @property
     def hides(self) -> bool:
@@ -49,13 +61,22 @@ def left_to_label(labelled: float, assignment: Assignment | None) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class AssignmentEvent:
-    """Something that happened to an assignment, kept for ever."""
+    """Something that happened to an assignment, kept for ever.
 
-    demonstration: str  # its id
+    Attributes
+    ----------
+    demonstration, author : str
+        Id of the demonstration, and the coder.
+    kind : "blind", "open", "done", "reopened" or "removed"
+        Assigned blind or openly, or made so; done, or not done after all; taken back.
+    time : datetime
+        When, in UTC.
+    """
+
+    demonstration: str
     author: str
-    #: Assigned blind or openly, or made so; done, or not done after all; taken back.
     kind: AssignmentKind
-    time: datetime  # when, in UTC
+    time: datetime
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,9 +136,15 @@ class Verdict(Interval):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredVerdict(Verdict):
-    """A verdict as it is kept for ever."""
+    """A verdict as it is kept for ever.
 
-    id: int = 0  # grows with every verdict of the project
+    Attributes
+    ----------
+    id : int
+        Grows with every verdict of the project.
+    """
+
+    id: int = 0
 
 
 def changed_labels(verdict: Verdict) -> bool:
@@ -140,10 +167,18 @@ EDIT_KINDS: Final[tuple[EditKind, ...]] = get_args(EditKind)
 
 @dataclass(frozen=True, slots=True)
 class Author:
-    """Who made a track."""
+    """Who made a track.
 
-    name: str  # unique in the project
-    kind: AuthorKind  # fixed for ever by the author's first edit
+    Attributes
+    ----------
+    name : str
+        Unique in the project.
+    kind : "coder" or "model"
+        Fixed for ever by the author's first edit.
+    """
+
+    name: str
+    kind: AuthorKind
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,41 +221,83 @@ class NewDemonstration:
 
 @dataclass(frozen=True, slots=True)
 class LabelImport:
-    """An author's labels from a file, for a demonstration that is in the project."""
+    """An author's labels from a file, for a demonstration that is in the project.
 
-    demonstration: str  # its id
-    track: Track  # what is stored
-    before: Segments  # what the author's track holds until then
-    what: str  # the line of history
+    Parameters
+    ----------
+    demonstration : str
+        Its id.
+    track : Track
+        What is stored.
+    before : tuple of Segment
+        What the author's track holds until then.
+    what : str
+        The line of history.
+    """
+
+    demonstration: str
+    track: Track
+    before: Segments
+    what: str
 
 
 @dataclass(frozen=True, slots=True)
 class AddResult:
-    """What became of a demonstration that was added."""
+    """What became of a demonstration that was added.
+
+    Attributes
+    ----------
+    id, name : str
+        Those that it has in the project.
+    status : "new", "updated" or "unchanged"
+        Whether the project has more than before.
+    remarks : tuple of str
+        A sentence on each thing that is not as the file says.
+    """
 
     id: str
-    name: str  # the one it has in the project
-    status: Literal["new", "updated", "unchanged"]  # whether the project has more than before
-    remarks: tuple[str, ...] = ()  # a sentence on each thing that is not as the file says
+    name: str
+    status: Literal["new", "updated", "unchanged"]
+    remarks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class DemonstrationInfo:
-    """A demonstration's row in a list; telling it opens no array."""
+    """A demonstration's row in a list; telling it opens no array.
+
+    Attributes
+    ----------
+    id, name, task : str
+        As in the project; the task may be empty.
+    samples : int
+        How many it has.
+    channels : tuple of Channel
+        Names and units.
+    rate : float
+        Of the uniform grid, in Hz.
+    duration : float
+        In seconds.
+    labelled : mapping of str to float
+        For every author with a track, in order of first appearance: seconds covered by a segment.
+    videos : tuple of str
+        Their names, the main one first.
+    source : str
+        Where it was read from, as told when it was added.
+    edited : mapping of str to int
+        For every author with a track the id of its last edit, which grows with each edit of the
+        project; 0 where there was none.
+    """
 
     id: str
     name: str
     task: str
     samples: int
     channels: tuple[Channel, ...]
-    rate: float  # of the uniform grid, Hz
-    duration: float  # s
-    #: For every author with a track, in order of first appearance: seconds covered by a segment.
+    rate: float
+    duration: float
     labelled: Mapping[str, float]
-    videos: tuple[str, ...]  # their names, the main one first
-    source: str  # where it was read from, as told when it was added
-    #: For every author with a track the id of its last edit, which grows with each edit of the
-    #: project; 0 where there was none.
+    videos: tuple[str, ...]
+    source: str
     edited: Mapping[str, int] = field(default_factory=dict)
 
     @property
@@ -236,29 +313,60 @@ class DemonstrationInfo:
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """One change of one track, kept for ever."""
+    """One change of one track, kept for ever.
 
-    id: int  # grows with every edit of the project
-    demonstration: str  # its id
-    author: str  # whose track it is, who made the edit
+    Attributes
+    ----------
+    id : int
+        Grows with every edit of the project.
+    demonstration : str
+        Its id.
+    author : str
+        Whose track it is, who made the edit.
+    kind : "paint", "import", "predict", "undo" or "redo"
+        What made it.
+    time : datetime
+        When, in UTC.
+    what : str
+        A line of history for people, such as ``"grab 1.25-1.73 s moved to 1.244"``.
+    position : int
+        Where in the track the segments were replaced.
+    removed, inserted : tuple of Segment
+        What was there before, and what came in its place.
+    reverts : int or None
+        Of undo and redo: the edit that was taken back.
+    proposed_by : str or None
+        The model whose prediction the author accepted with this edit; None for what was painted by
+        hand, and for undo and redo.
+    """
+
+    id: int
+    demonstration: str
+    author: str
     kind: EditKind
-    time: datetime  # when, in UTC
-    what: str  # a line of history for people, such as "grab 1.25-1.73 s moved to 1.244"
-    position: int  # where in the track the segments were replaced
-    removed: Segments  # what was there before
-    inserted: Segments  # what came in its place
-    reverts: int | None = None  # of undo and redo: the edit that was taken back
-    #: The model whose prediction the author accepted with this edit; None for what was painted by
-    #: hand, and for undo and redo.
+    time: datetime
+    what: str
+    position: int
+    removed: Segments
+    inserted: Segments
+    reverts: int | None = None
     proposed_by: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where a coder's segment comes from that a model proposed."""
+    """Where a coder's segment comes from that a model proposed.
 
-    proposer: str  # the model whose prediction was accepted
-    changed: bool = False  # whether the segment was moved, split or merged by hand since
+    Attributes
+    ----------
+    proposer : str
+        The model whose prediction was accepted.
+    changed : bool
+        Whether the segment was moved, split or merged by hand since.
+    """
+
+    proposer: str
+    changed: bool = False
 
 
 def check_length(text: str, noun: str) -> None:

@@ -54,11 +54,19 @@ _PROPOSER = """(
 
 @dataclass(frozen=True, slots=True)
 class LabelsUsed:
-    """Which labels of a demonstration something was computed from."""
+    """Which labels of a demonstration something was computed from.
 
-    demonstration: str  # its id
-    author: str  # whose labels were used
-    edit: int  # the latest edit of that track at the time; 0 where there was none
+    Parameters
+    ----------
+    demonstration, author : str
+        Its id, and whose labels were used.
+    edit : int
+        The latest edit of that track at the time; 0 where there was none.
+    """
+
+    demonstration: str
+    author: str
+    edit: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,19 +116,36 @@ class Provenance:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredRecogniser(Provenance):
-    """A trained recogniser's record; its file is opaque to the store."""
+    """A trained recogniser's record; its file is opaque to the store.
 
-    id: str  # 32 hex digits of the SHA-256 of its file
-    name: str  # for people; need not be unique
+    Attributes
+    ----------
+    id : str
+        32 hex digits of the SHA-256 of its file.
+    name : str
+        For people; need not be unique.
+    """
+
+    id: str
+    name: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunSummary(Provenance):
-    """A run without its result, which may be long."""
+    """A run without its result, which may be long.
 
-    id: int  # its number in the project
-    kind: str  # such as "evaluate"
-    #: What stands under "digest" in its result, if that comes first there; otherwise empty.
+    Attributes
+    ----------
+    id : int
+        Its number in the project.
+    kind : str
+        Such as ``"evaluate"``.
+    digest : dict
+        What stands under "digest" in its result, if that comes first there; otherwise empty.
+    """
+
+    id: int
+    kind: str
     digest: dict[str, Any]
 
     @property
@@ -136,22 +161,44 @@ class RunSummary(Provenance):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredRun(Provenance):
-    """An evaluation or another computation, with everything needed to repeat it."""
+    """An evaluation or another computation, with everything needed to repeat it.
 
-    id: int  # its number in the project
-    kind: str  # such as "evaluate"
-    result: dict[str, Any]  # what came out, as JSON has it
+    Attributes
+    ----------
+    id : int
+        Its number in the project.
+    kind : str
+        Such as ``"evaluate"``.
+    result : dict
+        What came out, as JSON has it.
+    """
+
+    id: int
+    kind: str
+    result: dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
 class RunUse:
-    """What a run takes up, and what hangs on it."""
+    """What a run takes up, and what hangs on it.
 
-    run: int  # its number
-    bytes: int  # of what it found, and of its recogniser's file
-    recogniser: str  # id of the one that belongs to it; "" where there is none, or none any more
-    verdicts: int  # how many were given on what it predicted
-    accepted: int  # how many edits took over what it predicted
+    Attributes
+    ----------
+    run : int
+        Its number.
+    bytes : int
+        Those of what it found, and of its recogniser's file.
+    recogniser : str
+        Id of the one that belongs to it; ``""`` where there is none, or none any more.
+    verdicts, accepted : int
+        How many verdicts were given on what it predicted, and how many edits took it over.
+    """
+
+    run: int
+    bytes: int
+    recogniser: str
+    verdicts: int
+    accepted: int
 
 
 class RunStore:
@@ -288,7 +335,7 @@ class RunStore:
         return sizes
 
     def existing_labels(self, labels: Iterable[LabelsUsed]) -> tuple[LabelsUsed, ...]:
-        """Those of some labels whose demonstrations have not been removed meanwhile.
+        """The labels whose demonstrations have not been removed meanwhile.
 
         What took minutes to compute from the others is worth storing.
         """

@@ -152,13 +152,21 @@ def _edit_from(row: sqlite3.Row) -> Edit:
 
 @dataclass(frozen=True, slots=True)
 class UndoResult:
-    """What an undo or a redo has changed."""
+    """What an undo or a redo has changed.
 
-    #: The undo, or redo, of each track; that of the demonstration that was asked for comes first.
+    Attributes
+    ----------
+    edits : tuple of Edit
+        The undo, or redo, of each track; that of the demonstration that was asked for comes first.
+    tasks : mapping of str to str
+        By the id of each demonstration among them, its task.
+    left : tuple of str
+        Names of further demonstrations where the same was done and stays as it is, as something
+        else was edited there since.
+    """
+
     edits: tuple[Edit, ...]
-    tasks: Mapping[str, str]  # by the id of each demonstration among them, its task
-    #: Names of further demonstrations where the same was done and stays as it is, as something else
-    #: was edited there since.
+    tasks: Mapping[str, str]
     left: tuple[str, ...] = ()
 
     @property

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from forcelab.runs import marked_runs
+from forcelab.sample_runs import marked_runs
 
 #: Differences below this share of a channel's size come from the rounding of float64. Its size is
 #: the largest value but for one in :data:`RARE`: a glitch must not pass all else for rounding.
@@ -65,7 +65,8 @@ def glitches(channel: NDArray[np.float64]) -> NDArray[np.bool_]:
     glitching = np.zeros(len(channel), dtype=bool)
     finite = np.isfinite(channel)
     # Nothing is further from the median than twice the largest: as good as always the answer.
-    if np.max(np.abs(channel), where=finite, initial=0.0) <= GLITCH / 2:
+    highest, lowest = (f(channel, where=finite, initial=0.0) for f in (np.max, np.min))
+    if max(highest, -lowest) <= GLITCH / 2:
         return glitching
     values = channel[finite]
     with np.errstate(over="ignore"):

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import GAP_PERIODS, LARGEST, Demonstration
 from forcelab.errors import InputError
-from forcelab.runs import marked_runs
+from forcelab.sample_runs import marked_runs
 from forcelab.signals.conditioning import bridge, glitches
 from forcelab.text import counted
 
@@ -48,7 +48,7 @@ class Grid:
 
 def measured(values: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Which values a sensor can have read: not NaN, nor beyond `LARGEST`."""
-    return np.asarray(np.abs(values) <= LARGEST)
+    return np.asarray((values >= -LARGEST) & (values <= LARGEST))
 
 
 def _bridged(channel: NDArray[np.float64]) -> NDArray[np.float64]:

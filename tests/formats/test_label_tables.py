@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from forcelab.errors import InputError
+from forcelab.formats import read
 from forcelab.formats.label_tables import has_labels_beside, is_label_table, read_tracks
 from forcelab.formats.recording import ReadOptions
-from forcelab.formats.table import read
 from forcelab.labels import Segment, Track
 
 ANN = Track("Ann", (Segment(0.5, 1.25, "grab"), Segment(1.25, 2.0, "hold, firmly")))

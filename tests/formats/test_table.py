@@ -12,9 +12,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from forcelab.errors import InputError
-from forcelab.formats import identify
+from forcelab.formats import identify, preview, read
 from forcelab.formats.recording import ReadOptions, Recording
-from forcelab.formats.table import read, sniff
+from forcelab.formats.table import sniff
 from forcelab.formats.table_columns import counter_ticks, is_counter_name
 
 
@@ -115,12 +115,8 @@ class TestDialects:
 
     def test_units_stand_in_brackets_behind_a_slash_or_in_a_line_of_their_own(self, table):
         text = "t/s;Fx [N];Mz (N m);acc (raw data);force[0]\n0;1;2;3;4\n1e-3;1;2;3;4\n"
-        assert channels(load(table(text))) == [
-            ("Fx", "N"),
-            ("Mz", "N m"),
-            ("acc (raw data)", ""),
-            ("force[0]", ""),
-        ]
+        found = channels(load(table(text)))
+        assert found == [("Fx", "N"), ("Mz", "N m"), ("acc (raw data)", ""), ("force[0]", "")]
         text = "time,fx,vx,heat\n[ms],[N],[mm/s],[C]\n0,1,2,3\n10,1,2,3\n"
         recording = load(table(text))
         assert channels(recording) == [("fx", "N"), ("vx", "mm/s"), ("heat", "C")]
@@ -378,6 +374,22 @@ class TestTime:
         recording = load(table("time,timestamp,fx\n0,1700000000000,1\n.1,1700000000100,2\n"))
         assert channels(recording) == [("fx", "")]
         assert recording.remarks == ("Column timestamp was left out: it has times, too.",)
+
+    @pytest.mark.parametrize("mark", [",", "\t"])
+    def test_stamps_may_say_am_and_pm(self, table, mark):
+        stamps = ["11:59:59.5 PM", "12:00:00.0 AM", "12:00:00.5 AM", "12:00:01.0 AM"]
+
+        def file_of(stamps):
+            return table(
+                f"Time{mark}fx\n" + "".join(f"{s}{mark}{n}\n" for n, s in enumerate(stamps))
+            )
+
+        path = file_of(stamps)
+        assert [column.use for column in preview(path, ReadOptions())] == ["times", "signal"]
+        assert load(path).demonstration.times.tolist() == [0, 0.5, 1, 1.5]
+        without = refusal(file_of([*stamps[:2], "00:00:00.5", stamps[3]]))
+        assert "line 4: '00:00:00.5' in column 'Time' is not a stamp" in without
+        assert "time runs backwards" in refusal(file_of(stamps[:0:-1]))
 
     def test_stamps_in_words_that_are_no_iso_8601_are_refused(self, table):
         path = table("time,fx\n31.05.2024 12h,1\n31.05.2024 13h,2\n")

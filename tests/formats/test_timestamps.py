@@ -70,6 +70,20 @@ def test_a_single_torn_stamp_is_dropped_wherever_it_stands(place):
     assert f"line {place + 2}" in refusal(values)
 
 
+def test_of_stamps_in_order_the_same_ones_are_far_as_of_others():
+    """Where all are in order, they need not be sorted by how far they are."""
+    random = np.random.default_rng(6)
+    for count in range(20, 60):
+        values = np.cumsum(random.uniform(0.5, 1.5, count))
+        values[: random.integers(3)] -= 1e6
+        values[count - random.integers(3) :] += 10.0 ** random.uniform(3, 7)
+        distance = np.abs(values - np.median(values))
+        reach = np.sort(distance)[count - max(1, count // 20) - 1]
+        near = distance <= reach
+        far = distance > max(1000 * np.ptp(values[near]), reach)
+        assert repair(values).rows.tolist() == np.flatnonzero(~far).tolist()
+
+
 def test_a_pause_of_a_day_is_a_gap_and_nothing_is_dropped():
     values = np.concatenate([np.arange(60), 8_640_000 + np.arange(40)]) / 100
     result = repair(values)
@@ -299,6 +313,24 @@ def test_times_of_the_day_run_past_midnight():
     raw = clock(["23:59:59.5", "", "00:00:00.25", "00:00:01"])
     np.testing.assert_array_equal(raw.values - raw.values[0], [0, np.nan, 0.75, 1.5])
     assert not raw.absolute
+
+
+def test_twelve_hours_run_past_noon_and_midnight():
+    noon = clock(["11:59:59.5 AM", "", "12:00:00.25 PM", "12:59:59 pm", "1:00:00\u202fp.m."])
+    np.testing.assert_array_equal(noon.values - noon.values[0], [0, np.nan, 0.75, 3599.5, 3600.5])
+    night = clock(["11:59:59.5 PM", "12:00:00.25AM", "01:00:00 AM"])
+    np.testing.assert_array_equal(night.values - night.values[0], [0, 0.75, 3600.5])
+    dated = clock(["2024-03-01 11:59:59 PM", "2024-03-02 12:00:01 AM", "2024-03-02 12:00:02 PM"])
+    np.testing.assert_array_equal(dated.values - dated.values[0], [0, 2, 43203])
+
+
+@pytest.mark.parametrize("bad", ["02:15:05", "14:15:05 PM", "00:15:05 AM", "02:15:05 XM"])
+def test_of_twelve_hours_each_says_which_half_of_the_day_it_is_in(bad):
+    with pytest.raises(NotANumberError) as caught:
+        clock(["02:15:03.250 PM", "02:15:04 PM", bad])
+    assert (caught.value.index, caught.value.cell) == (2, bad)
+    with pytest.raises(NotANumberError):
+        clock(["02:15:03", "02:15:04", "02:15:05 PM"])
 
 
 def test_large_numbers_keep_decimal_commas_exponents_and_empty_cells():

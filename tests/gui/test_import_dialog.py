@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.io
-from factories import foam_demonstration, numbered_frame
+from factories import cached_project, foam_demonstration, numbered_frame
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QListWidget,
     QMessageBox,
+    QProgressBar,
     QPushButton,
     QScrollArea,
 )
@@ -24,6 +25,7 @@ from window_helpers import named
 
 from forcelab.demonstration import Channel
 from forcelab.formats.export import exporting
+from forcelab.formats.importing import importing
 from forcelab.formats.optoforce_packets import KINDS
 from forcelab.gui import import_dialog, settings
 from forcelab.gui.document import Document
@@ -39,12 +41,14 @@ from tests.formats.optoforce_streams import stream
 FOAM = Path(__file__).parents[2] / "assets" / "foam-01.csv"
 
 
+def empty_project(path):
+    Project.create(path).close()
+
+
 @pytest.fixture
 def document(app, tmp_path):
-    path = tmp_path / "study.forcelab"
-    Project.create(path).close()
     document = Document("Ann")
-    document.open_project(path)
+    document.open_project(cached_project(empty_project, tmp_path / "study.forcelab"))
     yield document
     document.close()
 
@@ -119,6 +123,46 @@ def test_a_file_is_looked_at_in_the_background_and_imported_after_it(
     assert document.demonstration.name == "foam-01"
     dialog.close()
     jobs.close()
+
+
+def test_cancel_stops_an_import_half_way_and_the_dialog_stays(
+    document, open_on, until, tmp_path, monkeypatch
+):
+    long_table = tmp_path / "long.csv"
+    long_table.write_text(
+        "time,fx\n" + "".join(f"{n / 1000:.3f},{n % 7}\n" for n in range(300_000))
+    )
+    half, cancelled = threading.Event(), threading.Event()
+
+    def importing_until_cancelled(*given):
+        for progress in importing(*given):
+            yield progress
+            if not half.is_set() and progress.total > 3 and 2 * progress.done > progress.total:
+                half.set()
+                assert cancelled.wait(60)
+
+    monkeypatch.setattr(import_dialog, "importing", importing_until_cancelled)
+    monkeypatch.setattr("forcelab.formats.importing.SLOW", 0.0)
+    dialog = open_on(long_table)
+    bar = named(dialog, QProgressBar, "Progress of the import")
+    cancel = named(dialog, QPushButton, "Cancel the import")
+    assert cancel.isHidden()
+    QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
+    until(lambda: half.is_set() and 2 * bar.value() > bar.maximum())
+    assert cancel.isVisible()
+    assert bar.maximum() == long_table.stat().st_size
+    assert "reading long.csv" in bar.format()
+    QTest.mouseClick(cancel, Qt.MouseButton.LeftButton)
+    cancelled.set()
+    until(lambda: report(dialog) == "The import was cancelled.")
+    assert cancel.isHidden()
+    assert bar.isHidden()
+    assert document.infos == ()
+    assert files(dialog) == [str(long_table)]
+    monkeypatch.setattr(import_dialog, "importing", importing)
+    QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
+    until(lambda: document.id)
+    assert document.demonstration.name == "long"
 
 
 def test_delete_leaves_a_file_out_and_the_first_import_is_opened(document, dialog, until):
@@ -309,6 +353,28 @@ def test_files_are_looked_for_where_the_last_ones_were_chosen(dialog, tmp_path, 
     pick.click()
     pick.click()
     assert questions == [tmp_path, FOAM.parent]
+
+
+def test_what_is_typed_after_choosing_files_is_their_task(document, open_on, monkeypatch, until):
+    dialog = open_on()
+    monkeypatch.setattr(import_dialog, "ask_files", lambda *_: [FOAM])
+    (pick,) = [b for b in dialog.findChildren(QPushButton) if b.text() == "Choose files…"]
+    pick.setFocus()
+    pick.click()
+    QTest.keyClicks(dialog.focusWidget(), "foam")
+    QTest.keyClick(dialog.focusWidget(), Qt.Key.Key_Return)
+    until(lambda: document.id)
+    assert document.demonstration.task == "foam"
+    pick.click()  # the task of the next files is asked for again
+    assert dialog.focusWidget() is named(dialog, QComboBox, "Task")
+    dialog.focusWidget().setCurrentText("foam")
+    pick.click()
+    assert dialog.focusWidget() is import_button(dialog)
+
+
+def test_the_dialog_names_the_project_that_is_imported_into(document, dialog):
+    name = f"{document.project.path.name} (File > New project… begins another)"
+    assert any(label.text() == name and label.isVisible() for label in dialog.findChildren(QLabel))
 
 
 def test_labels_are_the_files_own_unless_a_coder_is_chosen(document, dialog, until):
@@ -551,23 +617,6 @@ def test_the_columns_of_a_file_that_is_clicked_are_shown(german, tmp_path):
     assert read_as(german) == {"t": "times", "Druck": "signal"}
 
 
-def test_the_columns_of_a_parquet_file_are_chosen_as_those_of_text(
-    document, open_on, tmp_path, until
-):
-    pa = pytest.importorskip("pyarrow")
-    from tests.formats.column_files import write_arrow
-
-    action = pa.array(["grab"] * 50 + ["hold"] * 50).dictionary_encode()
-    columns = {"clock": [i / 50 for i in range(100)], "fx": [1.5] * 100, "what": action}
-    dialog = open_on(write_arrow(tmp_path / "a.parquet", columns))
-    assert read_as(dialog) == {"clock": "times", "fx": "signal", "what": "labels"}
-    dialog.columns.wish("what", "left out")
-    QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
-    until(lambda: document.id)
-    assert [channel.name for channel in document.demonstration.channels] == ["fx"]
-    assert document.demonstration.duration == pytest.approx(2.0)
-
-
 def write_fold(path, forces=FORCES):
     """A file of arrays whose names do not say which are the signals."""
     arrays = {"obs/qpos": forces, "obs/qvel": -forces, "clock/seen": TIMES, "phase": CODES + 1}
@@ -685,32 +734,6 @@ def test_channels_and_markers_of_streams_are_chosen(document, open_on, tmp_path,
     until(lambda: document.id)
     names = [channel.name for channel in document.demonstration.channels]
     assert names == ["fx", "fy", "fz", "Pose 3"]
-
-
-def test_a_field_of_a_bag_that_is_no_force_can_be_made_a_signal(document, open_on, tmp_path, until):
-    pytest.importorskip("rosbags")
-    from tests.formats.rosbag_files import WRENCH, stamp, wrenches, write_bag
-
-    poses = [(i / 100, {"header": {"stamp": stamp(i / 100)}, "point": {"z": i}}) for i in range(50)]
-    bag = write_bag(
-        tmp_path / "a",
-        {"/ft": (WRENCH, wrenches()), "/tip": ("geometry_msgs/msg/PointStamped", poses)},
-        ros=2,
-    )
-    dialog = open_on(bag)
-    uses = read_as(dialog)
-    assert uses["/ft.header.stamp"] == "times"
-    assert uses["/ft.wrench"] == "signal"
-    assert uses["/tip.point"] == "left out"
-    choices = {column.name: column.choices for column in dialog.columns.uses}
-    assert choices["/tip.point"] == ("signal", "left out")
-    assert "Columns of" in dialog.columns.heading.text()
-    dialog.columns.wish("/tip.point", "signal")
-    assert read_as(dialog)["/tip.point"] == "signal"
-    QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
-    until(lambda: document.id)
-    names = [channel.name for channel in document.demonstration.channels]
-    assert names == ["fx", "fy", "fz", "tx", "ty", "tz", "point.x", "point.y", "point.z"]
 
 
 def test_cameras_of_a_bag_are_videos_unless_they_are_left_out(document, open_on, tmp_path, until):

@@ -255,7 +255,7 @@ class LiveView(LivePlot):
         self._ruler.setStyle(hideOverlappingLabels=False, maxTextLevel=0, tickLength=-4)
         self._ruler.setRange(-SECONDS, 0.0)
         self.addItem(self._ruler)
-        controller.live_model.changed.connect(self._changed)  # it has a row, or none
+        controller.recognition.changed.connect(self._changed)  # it has a row, or none
         self._changed()
 
     # Where things are
@@ -269,7 +269,7 @@ class LiveView(LivePlot):
     @property
     def _rows_height(self) -> int:
         """Pixels of all rows: the prediction has one only while a recogniser is chosen."""
-        return _row_height() * (2 if self._controller.live_model.selection is not None else 1)
+        return _row_height() * (2 if self._controller.recognition.selection is not None else 1)
 
     def sizeHint(self) -> QSize:
         """Room for six lanes."""
@@ -422,12 +422,12 @@ class LiveView(LivePlot):
 
     def _paint_rows(self, painter: QPainter, plot: QRectF, axis: Axis) -> None:
         """Draw the rows of marks and predictions below the lanes."""
-        live_model, marks = self._controller.live_model, self._controller.marks
+        recognition, marks = self._controller.recognition, self._controller.marks
         box = QRectF(plot.left(), plot.bottom() + 1, plot.width(), _row_height() - 2)
         self._paint_row(painter, "Marks", box, axis, marks.track(axis.end, axis.start))
-        if live_model.selection is None:
+        if recognition.selection is None:
             return
-        box, snapshot = box.translated(0, _row_height()), live_model.track.snapshot
+        box, snapshot = box.translated(0, _row_height()), recognition.track.snapshot
         if snapshot is None:
             self._paint_row(painter, "Predicted", box, axis, [])
             return
@@ -436,7 +436,7 @@ class LiveView(LivePlot):
         if snapshot.probability_trace is not None:
             fading = fade_overlays(snapshot.probability_trace, tuple(segments), axis, box)
         self._paint_row(painter, "Predicted", box, axis, segments, fading)
-        live_model.record_painted(snapshot.until)
+        recognition.record_painted(snapshot.until)
         until = snapshot.until
         if math.isnan(until) and segments:  # begun anew: what was said before stays
             until = segments[-1].end

@@ -43,6 +43,8 @@ class TimeView(PlotView):
     def __init__(self, document: Document) -> None:
         super().__init__()
         self.document = document
+        # What changes is marked by its panel; Qt would paint again whatever items move in a paint.
+        self.setViewportUpdateMode(self.ViewportUpdateMode.NoViewportUpdate)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         document.demonstration_changed.connect(self.invalidate)
 

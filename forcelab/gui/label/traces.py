@@ -62,7 +62,7 @@ class ForceChannels(QObject):
 
     `gaps` are the starts and ends (s) of the gaps, shape (2, g), once they are known; `overlaid`
     channels of one unit share an axis, and with `autoscale` axes follow what is visible.
-    `choices_changed` tells of other channels or another way to show them, `grown` of more data.
+    `choices_changed` tells of other channels or another way to show them, `data_read` of more data.
     """
 
     choices_changed = Signal()

@@ -356,7 +356,7 @@ class TrackPanel(SegmentPanel):
         if self.document.view.range is not None:
             # It stays where the menu is shut without a choice.
             self.document.show_message(
-                "Choose an action for the marked range, here or under Actions."
+                "Choose an action for the marked range, or press its key; Esc shuts the list."
             )
             self.show_menu(range_menu(self, self.document), event.globalPosition().toPoint())
 

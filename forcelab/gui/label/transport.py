@@ -9,7 +9,9 @@ import numpy as np
 from PySide6.QtCore import QEvent, QRectF, QSize, Qt, QTimer
 from PySide6.QtGui import (
     QColor,
+    QFocusEvent,
     QKeyEvent,
+    QMouseEvent,
     QPainter,
     QPaintEvent,
     QPalette,
@@ -143,11 +145,26 @@ class TimeEdit(QLineEdit):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.returnPressed.connect(self._jump)
         self.editingFinished.connect(self._leave)
+        self._clicked_into = False
 
     def show_cursor(self) -> None:
         """Show the cursor's time, unless a time is being typed."""
         if not self.isModified():
+            selected = self.hasSelectedText()
             self.setText(f"{self._document.view.cursor:.3f}")
+            if selected:  # in playback, too, what is typed next takes its place
+                self.selectAll()
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        super().focusInEvent(event)
+        self._clicked_into = event.reason() == Qt.FocusReason.MouseFocusReason
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Select the whole time at the click that leads here: digits are not typed into it."""
+        super().mouseReleaseEvent(event)
+        if self._clicked_into and not self.hasSelectedText():
+            self.selectAll()
+        self._clicked_into = False
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)

@@ -21,18 +21,14 @@ from forcelab.gui.review.agreement_details import (
 )
 from forcelab.gui.review.consensus import ConsensusBar
 from forcelab.gui.review.reviewed_run import blind_demonstrations
-from forcelab.gui.review.trainer import task_text
 from forcelab.gui.widgets import OverflowTabs
 from forcelab.jobs import Progress
 from forcelab.labels import is_model
 from forcelab.project import Project
-from forcelab.review.agreement import (
-    Agreement,
-    PairAgreement,
-    agreement_job,
-    coded_demonstrations,
-    landis_koch,
-)
+from forcelab.review.agreement import Agreement, PairAgreement, agreement_job
+from forcelab.review.coder_tracks import coded_demonstrations
+from forcelab.review.kappa import landis_koch
+from forcelab.text import task_text
 
 #: Coders are compared again when nothing was painted for so many ms.
 COMPARE_DELAY = 400

@@ -30,12 +30,13 @@ from forcelab.gui.kit import text_size
 from forcelab.gui.kit.plot import Bars, Plot
 from forcelab.gui.label.swatches import paint_swatch, style_of
 from forcelab.gui.layout import copyable, emphasise
-from forcelab.gui.review.trainer import task_text
 from forcelab.gui.theme import colours
 from forcelab.gui.widgets import ARROW_STEPS, combo_box, is_plain
 from forcelab.labels import Interval
-from forcelab.review.agreement import WINDOW, Agreement, Consistency, PairAgreement, landis_koch
-from forcelab.text import counted
+from forcelab.review.agreement import WINDOW, Agreement, PairAgreement
+from forcelab.review.consistency import Consistency
+from forcelab.review.kappa import landis_koch
+from forcelab.text import counted, task_text
 from forcelab.vocabulary import Vocabulary
 
 #: Widths of all columns but the last, in digits.

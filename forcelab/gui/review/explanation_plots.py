@@ -31,7 +31,8 @@ from forcelab.review.run_result import RunResult
 from forcelab.vocabulary import Vocabulary
 
 if TYPE_CHECKING:
-    from forcelab.review.explanation import Band, Explanation, ForcePreview, Neighbour
+    from forcelab.review.explanation import Band, Explanation
+    from forcelab.review.similar_segments import ForcePreview, Neighbour
 
 
 MINUS = "\N{MINUS SIGN}"

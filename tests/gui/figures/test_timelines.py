@@ -26,11 +26,12 @@ def rgb(colour):
     return np.array(QColor(colour).getRgb()[:3])
 
 
-def strip(drawn, row=0, *, predicted=False, scale=4.0, height=0.2):
+def strip(drawn, row=0, *, predicted=False, scale=4.0, height=0.2, picture=None):
     """The pixels along a track, above its numbers, and the time of each in seconds."""
     boxes = drawn.boxes(row)
     box = boxes.predicted if predicted else boxes.human
-    line = pixels(drawn.image(scale))[int((box.top() + height * box.height()) * scale)]
+    picture = pixels(drawn.image(scale)) if picture is None else picture
+    line = picture[int((box.top() + height * box.height()) * scale)]
     x = np.arange(int(box.left() * scale) + 4, int(box.right() * scale) - 3)
     axis = drawn.axis
     share = ((x + 0.5) / scale - axis.begin) / (axis.finish - axis.begin)
@@ -49,8 +50,9 @@ def test_every_time_has_the_colour_of_its_action_and_white_where_unlabelled(data
         if action
     ]
     drawn = figure(human=segments, predicted=segments)
+    picture = pixels(drawn.image(4.0))
     for predicted in (False, True):
-        colours, times = strip(drawn, predicted=predicted)
+        colours, times = strip(drawn, predicted=predicted, picture=picture)
         clear = np.abs(times[:, None] - np.array(edges)).min(axis=1) > 0.02
         expected = np.full(colours.shape, 255)
         for segment in segments:

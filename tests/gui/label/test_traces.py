@@ -1,3 +1,4 @@
+from functools import cache
 from itertools import combinations
 
 import numpy as np
@@ -23,6 +24,7 @@ NAMES = ("fx1", "fy1", "fz1", "fx2", "fy2", "temperature")
 CHANNELS = tuple(Channel(name, "°C" if name == "temperature" else "N") for name in NAMES)
 
 
+@cache
 def recording(n=20_000, rate=1000.0, seed=0):
     random = np.random.default_rng(seed)
     signals = random.standard_normal((n, len(NAMES))) * 0.1 + np.arange(len(NAMES))
