@@ -260,7 +260,7 @@ def _compare_coders(
 def _coder_counts(result: Agreement) -> str:
     """How many demonstrations of each task each coder has labelled."""
     lines = (
-        f"{author}: " + ", ".join(f"{task or 'no task'} {count}" for task, count in tasks.items())
+        f"{author}: " + ", ".join(f"{task_text(task)} {count}" for task, count in tasks.items())
         for author, tasks in sorted(result.counts.items())
     )
     return "\n".join(("Demonstrations labelled, by task:", *lines))
