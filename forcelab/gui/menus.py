@@ -8,7 +8,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QSize, Qt, QTimer
 from PySide6.QtGui import QAction, QActionGroup, QShowEvent
-from PySide6.QtWidgets import QMainWindow, QMenu, QTabWidget, QToolBar, QWidget
+from PySide6.QtWidgets import QMainWindow, QMenu, QTabWidget, QToolBar, QToolButton, QWidget
 
 from forcelab.gui import settings
 from forcelab.gui.commands import COMMANDS
@@ -146,6 +146,10 @@ class ToolBar(QToolBar):
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
+        overflow = self.findChild(QToolButton, "qt_toolbar_ext_button")
+        if isinstance(overflow, QToolButton):  # Qt's arrow is black in any theme
+            overflow.setIcon(icon("more"))
+            overflow.setToolTip("More buttons")
         self._refresh()
 
     def _refresh(self) -> None:

@@ -267,6 +267,7 @@ def _sheet(colours: Colours) -> str:
     QTabWidget::pane {{ border: none; border-top: 1px solid {c.panel_edge}; }}
     QToolBar {{ border: none; spacing: 2px; padding: 2px; }}
     QToolButton {{ border: 1px solid transparent; border-radius: 4px; padding: 0.25em; }}
+    QToolButton#qt_toolbar_ext_button {{ padding: 0; border: none; }} /* or its arrow has no room */
     QToolButton:hover {{ background: {c.panel_edge}; }}
     QToolButton:pressed {{ background: {c.frame}; }}
     QToolButton:checked {{ background: {c.accent}; color: {c.accent_text}; }}

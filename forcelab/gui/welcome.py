@@ -64,6 +64,8 @@ class SampleProgress(QWidget):
 RECENT_SHOWN = 5
 #: Width of a column in pixels, at least and at most.
 NARROWEST, WIDEST = 400, 480
+#: Pixels between two columns.
+BETWEEN = 32
 
 
 class Welcome(QWidget):
@@ -114,15 +116,17 @@ class Welcome(QWidget):
         fill_layout(below, *(self._button(*way) for way in ways), 1)
         self._recent = QVBoxLayout()
         heading = muted_label("Recent projects")
-        fill_layout(QVBoxLayout(self._recent_page), heading, self._recent, 1, margins=0)
+        # What is between the columns belongs to the second one, which may be hidden.
+        margins = BETWEEN, 0, 0, 0
+        fill_layout(QVBoxLayout(self._recent_page), heading, self._recent, 1, margins=margins)
         page = QGridLayout()
-        page.setHorizontalSpacing(32)
+        page.setHorizontalSpacing(0)
         page.addWidget(title, 1, 1, 1, 2)
         page.addWidget(say, 2, 1, 1, 2)
         page.addWidget(self._trouble, 3, 1, 1, 2)
-        for column, side in ((1, ways_page), (2, self._recent_page)):
-            side.setMinimumWidth(NARROWEST)
-            side.setMaximumWidth(WIDEST)
+        for column, side, beside in ((1, ways_page, 0), (2, self._recent_page, BETWEEN)):
+            side.setMinimumWidth(NARROWEST + beside)
+            side.setMaximumWidth(WIDEST + beside)
             page.addWidget(side, 4, column)
         for edge in (0, 3):
             page.setColumnStretch(edge, 1)

@@ -63,6 +63,13 @@ def way(window, text):
     return next(button for button in buttons if button.text().startswith(text))
 
 
+def test_the_ways_to_begin_stand_in_the_middle(start_page):
+    button = way(start_page, "Read the guide")
+    page = button.parentWidget().parentWidget()
+    centre = button.mapTo(page, button.rect().center()).x()
+    assert centre == pytest.approx(page.width() / 2, abs=2)
+
+
 def click(widget, where=None):
     QTest.mouseClick(widget, LEFT, Qt.KeyboardModifier.NoModifier, where or QPoint())
 

@@ -4,11 +4,11 @@ import pytest
 from factories import cached_project, sine_demonstration
 from PySide6.QtCore import QByteArray, QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QInputDialog, QToolTip
+from PySide6.QtWidgets import QInputDialog, QToolButton, QToolTip
 from window_helpers import status_messages
 
 from forcelab.errors import ForcelabError
-from forcelab.gui import settings
+from forcelab.gui import settings, theme
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.menus import BUTTONS
 from forcelab.gui.shortcuts import keys
@@ -55,6 +55,25 @@ def click(window, id_):
     """As a mouse does, which the system hands to the window."""
     spot = button(window, id_).mapTo(window, button(window, id_).rect().center())
     QTest.mouseClick(window.windowHandle(), LEFT, pos=spot)
+
+
+@pytest.mark.parametrize("look", ["light", "dark"])
+def test_what_has_no_room_in_a_narrow_toolbar_is_behind_a_button_that_is_seen(app, window, look):
+    theme.use_theme(app, look)
+    theme.use_text_size(app, 150)
+    try:
+        window._toolbar.setMaximumWidth(500)
+        app.processEvents()
+        more = window._toolbar.findChild(QToolButton, "qt_toolbar_ext_button")
+        assert more.isVisible()
+        picture = more.grab().toImage()
+        places = [(x, y) for x in range(picture.width()) for y in range(picture.height())]
+        lights = [picture.pixelColor(*place).lightness() for place in places]
+        assert max(lights) - min(lights) > 100
+    finally:
+        window._toolbar.setMaximumWidth(16777215)
+        theme.use_text_size(app, 100)
+        theme.use_theme(app, "light")
 
 
 def press_done_and_next(window):

@@ -163,6 +163,7 @@ class LaneAxis(ValueAxis):
         self.lane = Lane((), "", "", 0.0, 0.0)
         self._names: dict[int, str] = {}
         self._among: tuple[str, ...] = ()
+        self._cut_names: dict[tuple[int, int, float], str] = {}
         self._left, self._values = NAMES_LEFT, values
         super().__init__("left")
         self.set_room(width, numbers)
@@ -177,6 +178,7 @@ class LaneAxis(ValueAxis):
         self.lane = lane
         self._names = {column: channels[column].name for column in lane.channels}
         self._among = tuple(channel.name for channel in channels)
+        self._cut_names.clear()
         self._left = text_size.pixels(NAMES_BESIDE_BRACKET) if lane.group else NAMES_LEFT
         self.setGeometry(QRectF(0, lane.top, self._width, lane.height))
         self.picture = None
@@ -243,7 +245,7 @@ class LaneAxis(ValueAxis):
             room = right - self._left - (6 if alone else value_width)
             if text.width(self._names[column], face) > room:
                 face = small
-            name = text.elided_name(self._names[column], face, room, self._among)
+            name = self._cut_name(column, face, room)
             used = text.width(name, face)
             yield name, face, ink, QRectF(self._left, y - size / 2, used + 3, size)
             shown = self._number(column, values)
@@ -259,6 +261,17 @@ class LaneAxis(ValueAxis):
             if alone and lane.unit and not self._behind_name and used + 5 + wide <= room:
                 box = QRectF(self._left + used + 5, y - size / 2, wide + 3, size)
                 yield lane.unit, small, muted, box
+
+    def _cut_name(self, column: int, face: QFont, room: float) -> str:
+        """A channel's name in its room; kept, as the gutter is drawn with each move of the cursor.
+
+        To tell it from all others, these are cut as well.
+        """
+        key = column, face.pixelSize(), room
+        if key not in self._cut_names:
+            name = text.elided_name(self._names[column], face, room, self._among)
+            self._cut_names[key] = name
+        return self._cut_names[key]
 
     @property
     def _lines(self) -> tuple[int, float]:

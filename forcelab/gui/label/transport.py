@@ -23,7 +23,6 @@ from PySide6.QtWidgets import (
     QComboBox,
     QFrame,
     QHBoxLayout,
-    QLabel,
     QLineEdit,
     QSizePolicy,
     QSpinBox,
@@ -194,8 +193,8 @@ class TimeEdit(QLineEdit):
         self.show_cursor()
 
 
-class FrameCounter(QWidget):
-    """A text that changes with every frame: it is drawn anew, and nothing around it.
+class Readout(QWidget):
+    """A text that may change with every frame: it is drawn anew, and nothing around it.
 
     A label asks for another layout of its window each time, which takes longer than all panels.
     Where there is no room for the whole text, there is none of it.
@@ -273,8 +272,7 @@ class Transport(QWidget):
         self.speed.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.speed.activated.connect(lambda at: document.view.set_speed(SPEEDS[at]))
         self.time = TimeEdit(document)
-        self.length = QLabel()
-        self.frame = FrameCounter()
+        self.length, self.frame = Readout(), Readout()
         self.range = ElidedLabel()
         self.range.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.range.setAccessibleName("Marked range")
@@ -415,7 +413,8 @@ class Transport(QWidget):
         moving = (button for name, button in self.buttons.items() if name not in ("loop", "magnet"))
         for widget in (*moving, self.speed, self.time):
             set_enabled_with_reason(widget, "" if is_open else "Open a demonstration first.")
-        self.length.setText(f"/ {self.document.view.bounds[1]:.3f} s" if is_open else "")
+        length = f"/ {self.document.view.bounds[1]:.3f} s" if is_open else ""
+        self.length.say(length, length)
         self._show_playing()
         self._show_snapping()
         self._show_range()

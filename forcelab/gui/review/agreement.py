@@ -258,7 +258,9 @@ def _compare_coders(
 
 
 def _coder_counts(result: Agreement) -> str:
-    return "\n".join(
-        f"{author}: " + ", ".join(f"{task} {count}" for task, count in tasks.items())
+    """How many demonstrations of each task each coder has labelled."""
+    lines = (
+        f"{author}: " + ", ".join(f"{task_text(task)} {count}" for task, count in tasks.items())
         for author, tasks in sorted(result.counts.items())
     )
+    return "\n".join(("Demonstrations labelled, by task:", *lines))

@@ -113,7 +113,9 @@ def test_the_matrix_leads_to_the_figures_and_to_the_places(app, until):
         assert view.matrix.pair is pair
         assert f"Kappa {pair.kappa:.2f}" in view.pair.frames.text()
         assert "2 demonstrations" in view.pair.title.text()
-        assert "foam 2" in view.counts.text()
+        heading, *counts = view.counts.text().splitlines()
+        assert heading == "Demonstrations labelled, by task:"
+        assert counts == ["Ann: foam 2", "Ben: foam 2", "Cleo: foam 1"]
         QTest.mouseClick(
             view.matrix.viewport(),
             Qt.MouseButton.LeftButton,
