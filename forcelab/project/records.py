@@ -6,6 +6,7 @@ import json
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
+from functools import lru_cache
 from typing import Any, Final, Literal, get_args
 
 from forcelab.demonstration import Channel, Demonstration
@@ -393,6 +394,7 @@ def segments_to_text(segments: Segments) -> str:
     return json.dumps(segments_to_json(segments), ensure_ascii=False)
 
 
+@lru_cache(maxsize=4)  # the latest edit is read for its list and for the time it was stored at
 def segments_from_text(text: str) -> Segments:
     """The inverse of :func:`segments_to_text`."""
     return tuple(Segment(start, end, action) for start, end, action in json.loads(text))

@@ -112,8 +112,8 @@ class Trace(BoxItem):
         self._column = column
         self._key: object = None
         self._pixels = np.empty((0, 0), dtype=np.uint32)
-        #: Where its rows stand that hold the curve, from one up to another.
-        self._place = QPointF(), 0, 0
+        #: The rows of it that hold the curve, and where they stand.
+        self._image, self._place = QImage(), QPointF()
 
     @abstractmethod
     def extremes(self, edges: Real) -> Extremes:
@@ -169,13 +169,11 @@ class Trace(BoxItem):
             half = THICKNESS / 2 * ratio
             top, bottom = self._y(found.high) * ratio - half, self._y(found.low) * ratio + half
             first, last = fill_columns(self._pixels, top, bottom, colour)
-            self._place = QPointF(left, first / ratio), first, last
-        place, first, last = self._place
-        rows = self._pixels[first:last]
-        form = QImage.Format.Format_ARGB32_Premultiplied
-        image = QImage(rows.data, rows.shape[1], len(rows), 4 * rows.shape[1], form)
-        image.setDevicePixelRatio(ratio)
-        painter.drawImage(place, image)
+            rows, form = self._pixels[first:last], QImage.Format.Format_ARGB32_Premultiplied
+            self._image = QImage(rows.data, rows.shape[1], len(rows), 4 * rows.shape[1], form)
+            self._image.setDevicePixelRatio(ratio)
+            self._place = QPointF(left, first / ratio)
+        painter.drawImage(self._place, self._image)
 
     def _paint_lines(self, painter: QPainter, colour: QColor) -> None:
         """Draw the columns as a line from the least to the greatest value of each."""

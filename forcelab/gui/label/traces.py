@@ -27,6 +27,7 @@ from forcelab.gui.kit.traces import Trace, column_edges
 from forcelab.gui.label.lanes import (
     Lane,
     LaneAxis,
+    Values,
     axis_of,
     lanes,
     paint_borders,
@@ -80,6 +81,8 @@ class ForceChannels(QObject):
         #: Another number whenever other data is there.
         self.revision = 0
         self.channels: tuple[Channel, ...] = ()
+        self.names: tuple[str, ...] = ()
+        self.shown: tuple[str, ...] = ()
         self.gaps: Gaps = np.empty((2, 0))
         self.overlaid = False
         self.autoscale = False
@@ -87,14 +90,6 @@ class ForceChannels(QObject):
         self._open()
 
     # Data
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        return tuple(channel.name for channel in self.channels)
-
-    @property
-    def shown(self) -> tuple[str, ...]:
-        return tuple(name for name in self.names if name not in self._hidden)
 
     @property
     def read(self) -> float:
@@ -211,6 +206,7 @@ class ForceChannels(QObject):
         self._envelopes = {}
         self.gaps = np.empty((2, 0))
         self.channels = demonstration.channels if demonstration is not None else ()
+        self.names = tuple(channel.name for channel in self.channels)
         if demonstration is not None:
             if demonstration.signals.size <= SYNCHRONOUS_SAMPLES:
                 self.gaps = finish(_gaps(demonstration))
@@ -222,6 +218,7 @@ class ForceChannels(QObject):
 
     def _read(self) -> None:
         """Read what is shown and was not read yet."""
+        self.shown = tuple(name for name in self.names if name not in self._hidden)
         demonstration = self._document.demonstration
         if demonstration is None or not self._id:
             return
@@ -314,6 +311,8 @@ class ForcePanel(SignalPanel):
         #: What the axes were made for, and the notes on it.
         self._fitted: object = None
         self._notes: list[str] = []
+        self._values: Values = {}  # at the cursor
+        self._numbered: list[float] = []  # the pixels of the axes' numbers, from the top
         self._lane_axes: list[LaneAxis] = []
         self._traces: list[ChannelTrace] = []
         self._noted_left = False
@@ -356,7 +355,7 @@ class ForcePanel(SignalPanel):
         while len(self._traces) < len(source.channels):
             self._traces.append(ChannelTrace(self.source, self.add_box(), len(self._traces)))
         while len(self._lane_axes) < len(strips):
-            self._lane_axes.append(LaneAxis(self.gutter, self._values_at_cursor))
+            self._lane_axes.append(LaneAxis(self.gutter, lambda: self._values))
             self.addItem(self._lane_axes[-1])
         for trace in self._traces:
             trace.box.hide()
@@ -375,6 +374,7 @@ class ForcePanel(SignalPanel):
 
     def _fit(self) -> None:
         """Let each axis hold its values; before each painting, as values may have been read."""
+        self._values = self.source.values_at(self.document.view.cursor)
         if not self._strips or self.document.demonstration is None:
             self.axes, self._fitted = (), None
             return
@@ -392,11 +392,17 @@ class ForcePanel(SignalPanel):
             ends = axis.value(lane.bottom), axis.value(lane.top)
             if tuple(lane_axis.range) != ends:  # or it would draw its numbers again
                 lane_axis.setRange(*ends)
-            for column in lane.channels:
-                self._traces[column].box.setYRange(*ends, padding=0)
+            for box in (self._traces[column].box for column in lane.channels):
+                if box.viewRange()[1] != [*ends]:
+                    box.setYRange(*ends, padding=0)
             axes.append((lane, axis))
         if self.axes != tuple(axes):
             self.axes = tuple(axes)
+            self._numbered = [
+                round(axis.at(value)) + 0.5
+                for (_, axis), lane_axis in zip(axes, self._lane_axes, strict=False)
+                for value in lane_axis.numbers()
+            ]
             self.resetCachedContent()  # lines behind the curves stand at the numbers
 
     # Drawing
@@ -409,15 +415,15 @@ class ForcePanel(SignalPanel):
         theme = colours()
         self.paint_segments(painter, plot)
         paint_gaps(painter, self, self.source.gaps, plot)
-        for (_, axis), lane_axis in zip(self.axes, self._lane_axes, strict=False):
-            painter.setPen(QPen(QColor(theme.grid), 1))
-            for value in lane_axis.numbers():
-                y = round(axis.at(value)) + 0.5
-                painter.drawLine(QLineF(plot.left(), y, plot.right(), y))
-            if axis.start <= 0.0 <= axis.end:
-                painter.setPen(QPen(QColor(theme.frame), 1, Qt.PenStyle.DotLine))
-                y = round(axis.at(0.0)) + 0.5
-                painter.drawLine(QLineF(plot.left(), y, plot.right(), y))
+        zeros = [
+            round(axis.at(0.0)) + 0.5 for _, axis in self.axes if axis.start <= 0.0 <= axis.end
+        ]
+        for heights, ink, style in (
+            (self._numbered, theme.grid, Qt.PenStyle.SolidLine),
+            (zeros, theme.frame, Qt.PenStyle.DotLine),
+        ):
+            painter.setPen(QPen(QColor(ink), 1, style))
+            painter.drawLines([QLineF(plot.left(), y, plot.right(), y) for y in heights])
         paint_borders(painter, [lane for lane, _ in self.axes], plot)
 
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
@@ -435,9 +441,6 @@ class ForcePanel(SignalPanel):
                 axis.paint_tag(painter, x, plot)
 
     # Inside
-
-    def _values_at_cursor(self) -> dict[str, float | None]:
-        return self.source.values_at(self.document.view.cursor)
 
     @property
     def _notes_left(self) -> bool:
