@@ -51,14 +51,14 @@ if TYPE_CHECKING:
     from forcelab.recognition.examples import Examples as Examples
     from forcelab.recognition.examples import LabelledDemonstration as LabelledDemonstration
     from forcelab.recognition.examples import prepare_examples as prepare_examples
-    from forcelab.recognition.experiments import evaluate_tasks_job as evaluate_tasks_job
-    from forcelab.recognition.experiments import train_tasks_job as train_tasks_job
     from forcelab.recognition.features import wavelet_features as wavelet_features
     from forcelab.recognition.metrics import Scores as Scores
     from forcelab.recognition.metrics import score_tracks as score_tracks
     from forcelab.recognition.plugins import register_classifier as register_classifier
     from forcelab.recognition.plugins import register_features as register_features
     from forcelab.recognition.presets import preset as preset
+    from forcelab.recognition.project_runs import evaluate_tasks_job as evaluate_tasks_job
+    from forcelab.recognition.project_runs import train_tasks_job as train_tasks_job
     from forcelab.recognition.recogniser import Recogniser as Recogniser
     from forcelab.recognition.results import Evaluation as Evaluation
     from forcelab.recognition.settings import Settings as Settings
@@ -66,7 +66,7 @@ if TYPE_CHECKING:
     from forcelab.recognition.storage import save_recogniser as save_recogniser
     from forcelab.recognition.training import train as train
     from forcelab.review.agreement import agreement_job as agreement_job
-    from forcelab.review.agreement import coded_demonstrations as coded_demonstrations
+    from forcelab.review.coder_tracks import coded_demonstrations as coded_demonstrations
     from forcelab.review.explanation import explain_at_job as explain_at_job
     from forcelab.review.queue import review_queue as review_queue
     from forcelab.review.run_comparison import compare_runs as compare_runs
@@ -105,7 +105,7 @@ _NAMES = {
     "recognition.dataset": ("DataSelection", "load_dataset"),
     "recognition.estimators": ("ForceActionClassifier", "ForceFeatures"),
     "recognition.examples": ("Examples", "LabelledDemonstration", "prepare_examples"),
-    "recognition.experiments": ("evaluate_tasks_job", "train_tasks_job"),
+    "recognition.project_runs": ("evaluate_tasks_job", "train_tasks_job"),
     "recognition.features": ("wavelet_features",),
     "recognition.metrics": ("Scores", "score_tracks"),
     "recognition.plugins": ("register_classifier", "register_features"),
@@ -115,7 +115,8 @@ _NAMES = {
     "recognition.settings": ("Settings",),
     "recognition.storage": ("load_recogniser", "save_recogniser"),
     "recognition.training": ("train",),
-    "review.agreement": ("agreement_job", "coded_demonstrations"),
+    "review.agreement": ("agreement_job",),
+    "review.coder_tracks": ("coded_demonstrations",),
     "review.explanation": ("explain_at_job",),
     "review.queue": ("review_queue",),
     "review.run_comparison": ("compare_runs",),

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
-from forcelab.runs import sample_ends, stretches
+from forcelab.sample_runs import sample_ends, stretches
 
 #: The code of a sample that no segment covers, in dense arrays.
 UNLABELLED = -1
@@ -263,7 +263,7 @@ def from_codes(
 ) -> Segments:
     """Gather neighbouring samples of equal code into segments; the inverse of :func:`to_codes`.
 
-    Segments end by the rule of :mod:`forcelab.runs`: a gap in the stamps splits a segment
+    Segments end by the rule of :mod:`forcelab.sample_runs`: a gap in the stamps splits a segment
     that goes across it.
 
     Parameters

@@ -73,8 +73,8 @@ def make_sample_job(
         return False
     # What making one needs is loaded only now.
     from forcelab.recognition.dataset import DataSelection
-    from forcelab.recognition.experiments import train_tasks_job
     from forcelab.recognition.presets import preset
+    from forcelab.recognition.project_runs import train_tasks_job
     from forcelab.simulation.generate import Job, produce_demonstrations
 
     orders = [

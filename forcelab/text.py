@@ -34,6 +34,11 @@ def left_out(number: int, what: str) -> str:
     return f"{counted(number, noun)}{''.join(more)} {'was' if number == 1 else 'were'} left out"
 
 
+def task_text(task: str) -> str:
+    """A task in words; demonstrations may be of none."""
+    return task or "no task"
+
+
 def listed(names: Sequence[str], most: int = 8) -> str:
     """The first names, and how many more there are: ``a, b and 3 more``."""
     more = f" and {len(names) - most} more" if len(names) > most else ""

@@ -89,7 +89,7 @@ def draw(path: Path, picture: Path, colours: str) -> None:
         which = page.recogniser.which
         which.activated.emit(which.findText(TASK))  # the sample's own is called as its task
         page.scalogram.choose("tangential 1")
-        until(lambda: page.controller.live_model.loaded is not None)
+        until(lambda: page.controller.recognition.loaded is not None)
         page.connect_button.click()
         until(lambda: replay.ended(0.0) or replay.begun)
         film.begun = time.monotonic() + LEAD
@@ -103,7 +103,7 @@ def draw(path: Path, picture: Path, colours: str) -> None:
             if end + REACTION < DRAWN:
                 page.controller.mark(action, False, time.monotonic())
         at(DRAWN)
-        until(lambda: page.controller.live_model.track.snapshot.action)
+        until(lambda: page.controller.recognition.track.snapshot.action)
         window.grab().save(str(picture))
         page.controller.discard()
         until(lambda: page.controller.phase is CaptureState.READY)

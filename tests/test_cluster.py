@@ -147,6 +147,25 @@ def test_an_error_arrives_as_it_was_raised_and_stopping_early_leaves_a_cluster_t
         assert [number for number, _ in results] == [0, 2, 4]
 
 
+def test_a_command_joins_the_scheduler_that_it_is_told(address, tmp_path, capsys):
+    path = tmp_path / "p.forcelab"
+    with Project.create(path) as project:
+        for demonstration, segments in synthetic_set(3, 100.0, "foam", 1):
+            project.demonstrations.add(demonstration, [Track("Ann", segments)])
+    options = ["--max-scale", "64", "--classifier", "naive-bayes", "--scheduler", address]
+    assert main(["evaluate", str(path), *options]) == 0
+    assert f"forcelab: 2 workers of {address} did 3 pieces of work in" in capsys.readouterr().err
+
+
+def test_a_worker_of_another_version_is_refused(address, monkeypatch):
+    monkeypatch.setattr("forcelab.cluster.__version__", "9.9")
+    with pytest.raises(InputError, match=r"has forcelab \S+, and this is 9\.9; install the same"):
+        join_cluster(address).__enter__()
+
+
+# From here on workers are killed; so many are started anew as the next test needs.
+
+
 def test_what_a_lost_worker_did_is_done_again_and_said(address, tmp_path):
     items = [(number, tmp_path / "killed") for number in range(5)]
     with join_cluster(address) as cluster:
@@ -165,31 +184,16 @@ def test_work_that_takes_every_worker_with_it_ends_in_a_sentence(address):
         list(share_work(parallel_work.killed, [1], 2))
 
 
-def test_work_that_no_worker_is_left_for_ends_in_a_sentence(processes, address, monkeypatch):
+def test_work_that_no_worker_is_left_for_ends_in_a_sentence(processes, monkeypatch):
+    processes.have_workers(1)
     monkeypatch.setattr("forcelab.cluster.PATIENCE", 0.5)
     monkeypatch.setattr("forcelab.cluster.LOOK_EVERY", 0.1)
-    with join_cluster(address):
+    with join_cluster(processes.address):
         timer = threading.Timer(0.2, processes.kill_workers)
         timer.start()
         with pytest.raises(ForcelabError, match=r"^No worker of tcp://\S+ is left; start some by"):
             list(share_work(parallel_work.lasting, [1, 2], 2))
         timer.join()
-
-
-def test_a_command_joins_the_scheduler_that_it_is_told(address, tmp_path, capsys):
-    path = tmp_path / "p.forcelab"
-    with Project.create(path) as project:
-        for demonstration, segments in synthetic_set(3, 100.0, "foam", 1):
-            project.demonstrations.add(demonstration, [Track("Ann", segments)])
-    options = ["--max-scale", "64", "--classifier", "naive-bayes", "--scheduler", address]
-    assert main(["evaluate", str(path), *options]) == 0
-    assert f"forcelab: 2 workers of {address} did 3 pieces of work in" in capsys.readouterr().err
-
-
-def test_a_worker_of_another_version_is_refused(address, monkeypatch):
-    monkeypatch.setattr("forcelab.cluster.__version__", "9.9")
-    with pytest.raises(InputError, match=r"has forcelab \S+, and this is 9\.9; install the same"):
-        join_cluster(address).__enter__()
 
 
 @pytest.mark.parametrize("address", ["nonsense", "127.0.0.1:1", "tcp://127.0.0.1:1"])

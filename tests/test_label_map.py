@@ -36,16 +36,9 @@ def test_spellings_that_do_not_occur_are_told():
 
 
 def test_merging_relabels_segments_and_moves_no_edge():
-    segments = (
-        Segment(0, 1, "grap_pen"),
-        Segment(1, 2, "grab_soft"),
-        Segment(3, 4, "hold"),
-    )
-    assert SPELLINGS.apply_segments(segments) == (
-        Segment(0, 1, "grab"),
-        Segment(1, 2, "grab"),
-        Segment(3, 4, "hold"),
-    )
+    segments = (Segment(0, 1, "grap_pen"), Segment(1, 2, "grab_soft"), Segment(3, 4, "hold"))
+    merged = (Segment(0, 1, "grab"), Segment(1, 2, "grab"), Segment(3, 4, "hold"))
+    assert SPELLINGS.apply_segments(segments) == merged
     assert MergeMap().apply_segments(segments) == segments
 
 

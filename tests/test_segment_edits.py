@@ -136,20 +136,6 @@ def test_moving_an_edge_agrees_with_the_grid(pick, edge, data):
     assert segment_edits.move_edge(track, index, edge, cell * CELL) == grid.segments
 
 
-def test_an_edge_moves_with_a_touching_neighbour_and_leaves_a_loose_one_alone():
-    assert segment_edits.move_edge(TRACK, 1, "start", 1.5) == (
-        Segment(0.0, 1.5, "grab"),
-        Segment(1.5, 2.0, "hold"),
-        PULL,
-    )
-    assert segment_edits.move_edge(TRACK, 1, "end", 1.5) == (GRAB, Segment(1.0, 1.5, "hold"), PULL)
-    assert segment_edits.move_edge(TRACK, 2, "start", 3.5) == (
-        GRAB,
-        HOLD,
-        Segment(3.5, 4.0, "pull"),
-    )
-
-
 @given(picked(), st.data())
 def test_moving_a_segment_agrees_with_the_grid(pick, data):
     track, index = pick
@@ -407,7 +393,7 @@ def test_edits_of_ten_thousand_segments_are_instant():
         lambda: segment_edits.relabel(track, 5000, "slip"),
     ]
     # One Python loop over the track (as in splice) takes 1.7 ms; a verb takes less than 0.1 ms.
-    assert max(_fastest(call, 50) for call in local) < 0.5e-3
+    assert max(_fastest(call, 20) for call in local) < 0.5e-3
     assert _fastest(lambda: splice(track, edited), 5) < 50e-3
     assert _fastest(lambda: segment_edits.fill_gaps(track, 0.2), 5) < 200e-3
 

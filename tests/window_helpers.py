@@ -55,6 +55,14 @@ def shown_widget(app, widget, size=(320, 400)):
     app.processEvents()
 
 
+@contextmanager
+def painted_once(window):
+    """Paint a window after several steps, and not after each of them."""
+    window.setUpdatesEnabled(False)
+    yield
+    window.setUpdatesEnabled(True)
+
+
 def answer_dialog(parent, kind, press, use) -> None:
     """Press what opens a modal dialog of a kind, and do something with the dialog."""
     trouble = []

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.capture.align import DeviceStream, align, channels_of_all
 from forcelab.capture.camera import SILENT_SECONDS
 from forcelab.capture.clock import missing_by_stamps, missing_samples
 from forcelab.capture.clock_smoother import Timestamps, fit_timestamps, spread_deliveries
@@ -25,11 +25,11 @@ from forcelab.capture.journal import (
     SampleBuffer,
     decode_json,
 )
+from forcelab.capture.live_marks import marks_track
 from forcelab.clock import ClockMap, farthest_drift
-from forcelab.demonstration import GAP_PERIODS, Channel, Demonstration, VideoReference
+from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
-from forcelab.labels import Segment, Track, ordered
-from forcelab.signals.grid import interpolate
+from forcelab.labels import Track
 
 
 @dataclass(eq=False)
@@ -46,7 +46,7 @@ class DeviceLog:
     _since: float | None = None
 
     def event(self, record: object, at: float) -> None:
-        """It was unplugged or plugged in again, or the recording ended meanwhile."""
+        """Note that it was unplugged or plugged in again, or that the recording ended."""
         if record == UNPLUGGED and self._since is None:
             self._since = at
         elif record == PLUGGED:
@@ -59,7 +59,7 @@ class DeviceLog:
             self._since, self.gone = None, True
 
     def end(self) -> None:
-        """There are no more records."""
+        """Note that there are no more records: what is away stays away."""
         if self._since is not None:
             self.away.append((self._since, np.inf))
             self._since, self.gone = None, True
@@ -104,234 +104,12 @@ def index_records(records: Iterable[Record], columns: Sequence[int], cameras: in
     return JournalIndex(devices, frames, marks, markers)
 
 
-_EDGE = 0.25  # s by which devices may begin or end apart and be cut to what they share
-_STAMPS_AT_ONCE = 1 << 16  # stamps; more would only take memory
-_MISSING_PERIODS = (
-    1.5  # periods apart: a sample is missing between two neighbours that were stamped evenly
-)
-
-
-@dataclass(frozen=True, eq=False)
-class DeviceStream:
-    """The samples of one device, on the host's clock."""
-
-    #: When each was taken (s), shape (n,).
-    host: NDArray[np.float64]
-    #: Shape (n, c).
-    values: NDArray[np.float64]
-    #: Whether a value holds until the next one.
-    holds: bool = False
-    #: Whether the stamps come from a clock; else from arrivals, or with the samples.
-    even: bool = True
-    #: From when to when (s) it was unplugged.
-    away: tuple[tuple[float, float], ...] = ()
-    #: Whether the first value of one that holds was there before anything was recorded: then it
-    #: holds for samples, too, that were on their way when recording began.
-    before: bool = False
-    #: Missing by the stamps that came with the samples, and how many gaps that are.
-    lost: int = 0
-    gaps: int = 0
-    #: Whether it stayed away the last time until the recording ended.
-    gone: bool = False
-
-
-@dataclass(frozen=True, eq=False)
-class AlignedChannels:
-    """All channels on the stamps of one device."""
-
-    #: Seconds from the first sample, strictly increasing, shape (n,).
-    times: NDArray[np.float64]
-    #: The channels of all devices in their order, shape (n, c); NaN where one has no sample near.
-    signals: NDArray[np.float64]
-    #: Host time (s) of time 0.
-    start: float
-    #: The device that gives the stamps.
-    lead: int
-    #: Which of its samples these are: all but those of the moments at the ends in which not all
-    #: devices had begun, or some had ended.
-    within: slice
-
-
-def align(streams: Sequence[DeviceStream], names: Sequence[str]) -> AlignedChannels:
-    """Bring all channels onto the stamps of the first device that samples evenly, and did."""
-    even = [i for i, stream in enumerate(streams) if not stream.holds]
-    # One that was silent all the time takes nothing away from the others.
-    lead = next((i for i in even if len(streams[i].host) > 1), -1)
-    if lead < 0 and not even and streams and len(streams[0].host) > 1:
-        lead = 0
-    if lead < 0:
-        of_device = f" of {names[even[0] if even else 0]}" if names else ""
-        raise InputError(
-            f"Fewer than two samples{of_device} were recorded; look at its channels live first."
-        )
-    first = streams[lead]
-    host = _make_increasing(first.host)
-    begin, end = _shared_time(host, [s for s in streams if not s.holds and len(s.host)])
-    within = slice(*np.searchsorted(host, [begin, np.nextafter(end, np.inf)]).tolist())
-    if within.stop - within.start < 2:
-        within = slice(0, len(host))
-    host = host[within]
-    signals = np.empty((len(host), sum(stream.values.shape[1] for stream in streams)))
-    column = 0
-    for i, stream in enumerate(streams):
-        part = signals[:, column : column + stream.values.shape[1]]
-        if i == lead:
-            part[:] = stream.values[within]
-        else:
-            resample(host, stream, part)
-        column += part.shape[1]
-    start = float(host[0])
-    times = host - start
-    times.flags.writeable = signals.flags.writeable = False  # so that no copy is needed
-    return AlignedChannels(times, signals, start, lead, within)
-
-
-def _make_increasing(host: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Stamps that go on increasing; two stretches may overlap by a delay.
-
-    Those that would go back follow the one before by half a period, until they have caught up.
-    """
-    steps = np.diff(host)
-    if not (steps <= 0).any():
-        return host
-    forward = steps[steps > 0]
-    passed = (0.5 * float(np.median(forward)) if len(forward) else 1e-6) * np.arange(len(host))
-    increasing: NDArray[np.float64] = np.maximum.accumulate(host - passed) + passed
-    return increasing
-
-
-def _shared_time(host: NDArray[np.float64], streams: Sequence[DeviceStream]) -> tuple[float, float]:
-    """The time that all devices share, where they begin and end a moment apart."""
-    begins = [float(s.host[0]) for s in streams if abs(s.host[0] - host[0]) < _EDGE]
-    ends = [float(s.host[-1]) for s in streams if abs(s.host[-1] - host[-1]) < _EDGE]
-    return max(begins, default=-np.inf), min(ends, default=np.inf)
-
-
-def resample(
-    host: NDArray[np.float64], stream: DeviceStream, out: NDArray[np.float64] | None = None
-) -> NDArray[np.float64]:
-    """A device's channels at other stamps (s, host's clock): NaN where no sample is near.
-
-    Shape (n, c); written into `out` if that is given.
-    """
-    host_times, values = stream.host, stream.values
-    if out is None:
-        out = np.empty((len(host), values.shape[1]))
-    out[:] = np.nan
-    if len(host_times) == 0:
-        return out
-    host_times = _make_increasing(host_times)
-    if stream.holds:
-        after = np.searchsorted(host_times, host, side="right")
-        if stream.before:
-            after = np.maximum(after, 1)
-        known = after > 0
-        out[known] = values[after[known] - 1]
-        for gone, back in stream.away:
-            # Until it has something to say again, for what it held may have changed unseen.
-            times_after = host_times[host_times >= back]
-            out[(host >= gone) & (host < (times_after[0] if len(times_after) else np.inf))] = np.nan
-        return out
-    if len(host_times) == 1:
-        return out
-    apart = (_MISSING_PERIODS if stream.even else GAP_PERIODS) * float(
-        np.median(np.diff(host_times))
-    )
-    for first in range(0, len(host), _STAMPS_AT_ONCE):
-        part = slice(first, first + _STAMPS_AT_ONCE)
-        out[part] = interpolate(host[part], host_times, values, longest=apart, beyond=0.0)
-    return out
-
-
-#: Seconds between a key going up and down again that no finger is as fast as. On X a held key
-#: repeats as a release and a press; where these are read one by one, nothing tells what they are.
-AUTOREPEAT_SECONDS = 0.03
-
-
-class LiveMarks:
-    """Grows while keys go down and up, in any clock's seconds that never run back."""
-
-    def __init__(self) -> None:
-        self.segments: list[Segment] = []
-        self._held: list[str] = []
-        self._since = 0.0
-        self._released: tuple[str, float] | None = None  # may come down again at once
-
-    def press(self, action: str, down: bool, now: float) -> None:
-        """The key of an action went down or up."""
-        released = self._released
-        if (
-            down
-            and released is not None
-            and released[0] == action
-            and now - released[1] <= AUTOREPEAT_SECONDS
-        ):
-            self._released = None
-            return
-        self._settle()
-        if down:
-            self._release(action, now)
-            self._held.append(action)
-        else:
-            self._released = action, now
-
-    def current(self) -> tuple[str, float] | None:
-        """The action that counts now, and since when; None where no key is down."""
-        self._settle()
-        return (self._held[-1], self._since) if self._held else None
-
-    def end(self, now: float) -> None:
-        """Keys mark nothing any more."""
-        self._settle()
-        self._extend(now)
-        self._held.clear()
-
-    def track(self, now: float, since: float = 0.0) -> list[Segment]:
-        """All segments that end after a time, with the one that grows."""
-        segments = []
-        for segment in reversed(self.segments):
-            if segment.end <= since:
-                break
-            segments.append(segment)
-        segments.reverse()
-        released, released_at = self._released or ("", now)
-        if self._held and released_at > self._since:
-            segments.append(Segment(self._since, released_at, self._held[-1]))
-        below = [action for action in self._held if action != released]
-        if below and now > released_at:
-            segments.append(Segment(released_at, now, below[-1]))
-        return segments
-
-    def _settle(self) -> None:
-        """What went up stays up."""
-        if self._released is not None:
-            (action, at), self._released = self._released, None
-            self._release(action, at)
-
-    def _release(self, action: str, now: float) -> None:
-        """Hold an action no more, from a time on."""
-        self._extend(now)
-        if action in self._held:
-            self._held.remove(action)
-
-    def _extend(self, now: float) -> None:
-        """The action that counts has lasted until a time."""
-        if self._held and now > self._since:
-            action, start = self._held[-1], self._since
-            last = self.segments[-1] if self.segments else None
-            if last is not None and (last.end, last.action) == (start, action):
-                start = self.segments.pop().start
-            self.segments.append(Segment(start, now, action))
-        self._since = max(now, self._since)
-
-
 #: Share of a period by which arrivals of a device without a counter may be off before they are
 #: taken as they came, instead of evenly.
 _UNEVEN = 1.0
 #: Stamps from which a stream's even times are told, and the share by which its usual step may
 #: differ from the mean one: by more, samples are missing again and again.
 _FEWEST_STAMPS, _ALIKE = 16, 0.005
-_FORCE = re.compile(r"([ft][xyz])(\d*)")
 
 
 @dataclass(frozen=True, eq=False)
@@ -606,42 +384,6 @@ def loss_remark(
     return f"{' and '.join(sentences)}; {' and '.join(results)}." if sentences else ""
 
 
-def channels_of_all(devices: Sequence[Sequence[Channel]]) -> tuple[Channel, ...]:
-    """The channels of all devices: ``fx1 fy1 fz1 fx2 ...``, others numbered where they clash."""
-    forces = [c.name for device in devices for c in device if _FORCE.fullmatch(c.name)]
-    clash = len(set(forces)) < len(forces)
-    channels: dict[str, Channel] = {}
-    sensors = 0
-    for device in devices:
-        sensors_here = 0
-        for channel in device:
-            match = _FORCE.fullmatch(channel.name)
-            name = channel.name
-            if match is not None and (clash or not match[2]):
-                number = int(match[2] or 1)
-                sensors_here = max(sensors_here, number)
-                name = f"{match[1]}{number + (sensors if clash else 0)}"
-            base, count = name, 1
-            while name in channels:
-                count += 1
-                name = f"{base} {count}"
-            channels[name] = Channel(name, channel.unit)
-        sensors += sensors_here
-    return tuple(channels.values())
-
-
 def _video_clock(frames: NDArray[np.float64], start: float) -> ClockMap:
     """From the video's own stamps, which are made of the arrivals, to force time."""
     return ClockMap(float(np.median(frames[:, 0] - start - frames[:, 2])))
-
-
-def marks_track(
-    marks: Sequence[Mapping[str, Any]], start: float, end: float, author: str
-) -> Track | None:
-    """The track of the keys that were held down."""
-    marked = LiveMarks()
-    for mark in sorted(marks, key=lambda mark: float(mark["at"])):
-        at = min(float(mark["at"]) - start, end)  # none before 0 either
-        marked.press(str(mark["action"]), bool(mark["down"]), at)
-    marked.end(end)
-    return Track(author, ordered(marked.segments)) if marked.segments else None

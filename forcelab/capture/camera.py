@@ -128,7 +128,7 @@ class DropCounter:
             self._least, self._missing = 0.0, 0
 
     def _clear_doubt(self) -> None:
-        """Nothing is in doubt."""
+        """Forget what was in doubt."""
         self._behind = self._least = 0.0
         self._left = self._missing = self._doubted = 0
 

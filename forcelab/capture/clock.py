@@ -21,18 +21,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 #: Seconds by which a jump of the counter must contradict the arrivals to begin a new stretch.
-STEP = 0.02
+JUMP = 0.02
 #: Seconds behind the line, at least, of windows that say nothing of the device's clock.
 LATE = 0.005
 
-_STEADY = 1.0  # s for which windows must be equally late to say that samples are missing
-_MISSING = 0.05  # s by which they must have become late at once; a wrong rate takes longer
-_SLIGHT = (
-    0.05  # share by which a configured rate is wrong without turning most of the first windows
-)
-_RECENT = 7  # steps from window to window of which most tell the present pace
-_CLEAR = 0.6  # share of the steps that must be alike to say that a configured rate is wrong
-_PERSISTS = 1.0  # s of arrivals at one pace: what is read at once after a stall is over by then
+_LOSS_SECONDS = 1.0  # s for which windows must be equally late to say that samples are missing
+_LOSS_DELAY = 0.05  # s by which they must have become late at once; a wrong rate takes longer
+# Share by which a configured rate is wrong without turning most of the first windows.
+_SLIGHT_ERROR = 0.05
+_PACE_STEPS = 7  # steps from window to window of which most tell the present pace
+_CLEAR_SHARE = 0.6  # share of the steps that must be alike to say that a configured rate is wrong
+_PACE_SECONDS = 1.0  # s of arrivals at one pace: what is read at once after a stall is over by then
 
 
 def samples_lost_since(
@@ -44,10 +43,10 @@ def samples_lost_since(
     `rate` is in seconds a tick.
     """
     off = y - rate * x
-    others = np.flatnonzero(np.abs(off - off[-1]) > STEP)
+    others = np.flatnonzero(np.abs(off - off[-1]) > JUMP)
     first = int(others[-1]) + 1 if len(others) else 0
-    at_once = min(float(np.diff(late, prepend=0.0).max()), float(late[-1])) > _MISSING
-    return first if at_once and y[-1] - y[first] >= _STEADY else None
+    at_once = min(float(np.diff(late, prepend=0.0).max()), float(late[-1])) > _LOSS_DELAY
+    return first if at_once and y[-1] - y[first] >= _LOSS_SECONDS else None
 
 
 def late_pace(x: NDArray[np.float64], y: NDArray[np.float64], configured: float) -> float:
@@ -58,7 +57,11 @@ def late_pace(x: NDArray[np.float64], y: NDArray[np.float64], configured: float)
     """
     half = len(x) // 2
     pace = float(np.median((y[half:] - y[:-half]) / (x[half:] - x[:-half])))
-    return pace if LATE / np.ptp(x) < abs(pace - configured) < _SLIGHT * configured else configured
+    return (
+        pace
+        if LATE / np.ptp(x) < abs(pace - configured) < _SLIGHT_ERROR * configured
+        else configured
+    )
 
 
 def initial_pace(
@@ -71,12 +74,12 @@ def initial_pace(
     """
     steps = np.diff(y)
     slopes = steps / np.diff(x)
-    slope = float(np.median(slopes[-_RECENT:]))
+    slope = float(np.median(slopes[-_PACE_STEPS:]))
     agreeing = np.abs(slopes - slope) <= 0.5 * slope
-    clear = agreeing.mean() > _CLEAR  # with a backlog among them, the middle one says nothing
+    clear = agreeing.mean() > _CLEAR_SHARE  # with a backlog among them, the middle one says nothing
     deviation = abs(slope - promised)
-    if deviation > _SLIGHT * promised:
-        persists = clear and steps[agreeing].sum() >= _PERSISTS
+    if deviation > _SLIGHT_ERROR * promised:
+        persists = clear and steps[agreeing].sum() >= _PACE_SECONDS
         return (slope, False) if persists else (promised, True)
     return (slope if clear and np.ptp(x) * deviation > LATE * len(x) else promised), False
 
@@ -88,7 +91,7 @@ def missing_samples(ticks: int, seconds: float, period: float) -> int:
     do. None where it began anew: nothing tells how many there were.
     """
     fit = max(round(seconds / period) - 1, 0)
-    return max(ticks - 1, 0) if (ticks - 1) * period <= seconds + STEP else fit
+    return max(ticks - 1, 0) if (ticks - 1) * period <= seconds + JUMP else fit
 
 
 def missing_by_stamps(stamps: NDArray[np.float64], rate: float) -> NDArray[np.int64]:
@@ -117,9 +120,9 @@ HALF_LIFE = 90.0
 WINDOW = 0.25
 _PATIENCE = 4.0  # s of late windows, not of a backlog, after which it is the line that is wrong
 _SETTLED = 2.0  # s of ticks before the slope of the line is believed
-_ENOUGH = 5  # windows that may tell that the configured rate is wrong
+_FEWEST_WINDOWS = 5  # windows that may tell that the configured rate is wrong
 _STARTING = 8  # windows that are all looked at again with each further one, as many may be late
-_DOUBTFUL = 40  # of them while they contradict the configured rate, but may be a backlog
+_MOST_STARTING = 40  # of them while they contradict the configured rate, but may be a backlog
 
 
 class ArrivalClock:
@@ -196,7 +199,7 @@ class ArrivalClock:
         ahead = np.diff(arrived) - self.rate * steps
         # The delay of what came before the break is in `ahead` too; delays end, jumps do not, and
         # those that stay behind are found by their lateness.
-        jumps = np.flatnonzero((steps <= 0) | (broken & (ahead < -STEP - self._delay(arrived))))
+        jumps = np.flatnonzero((steps <= 0) | (broken & (ahead < -JUMP - self._delay(arrived))))
         edges = [0, *(jumps + 1).tolist(), len(ticks)]
         return list(pairwise(edges))
 
@@ -211,7 +214,7 @@ class ArrivalClock:
         if tick <= self.newest:
             return True
         early = float(self.to_host(np.array([tick]))[0]) - arrived
-        return self._windows > 0 and early > STEP
+        return self._windows > 0 and early > JUMP
 
     def _add(self, arrived: NDArray[np.float64], ticks: NDArray[np.int64]) -> None:
         """Take in samples without a jump, window by window."""
@@ -299,9 +302,9 @@ class ArrivalClock:
         x, y = (np.array(values) for values in zip(*self._starting, strict=True))
         self._reset_line()
         self.rate, self._doubtful = self._promised, len(x) < _STARTING
-        if len(x) >= _ENOUGH:
+        if len(x) >= _FEWEST_WINDOWS:
             self.rate, doubtful = initial_pace(x, y, self._promised)
-            self._doubtful |= doubtful and len(x) < _DOUBTFUL
+            self._doubtful |= doubtful and len(x) < _MOST_STARTING
         late = y - self.rate * x
         for a, b in zip(*(v[late <= late.min() + LATE].tolist() for v in (x, y)), strict=True):
             self._fit(a, b, self._lateness(a, b))

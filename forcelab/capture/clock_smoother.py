@@ -13,24 +13,24 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.clock import HALF_LIFE, STEP, WINDOW
+from forcelab.capture.clock import HALF_LIFE, JUMP, WINDOW
 
-_AROUND = 1.0  # s on either side of a jump of the counter that tell whether it is one
-_STAYS = 10.0  # s for which samples must come late, none lost, to say that the counter stood still
-_ENOUGH = 0.5  # s of arrivals after a step that tell it from a delay, at least
-_LONG = 30.0  # s, at most, over which the rate is guessed
-_BURSTS = 0.25  # s, at least, where there are as many: nearer pairs tell bursts of some 16 ms
-_SHORT = 5.0  # s over which a guess is no better than what a crystal promises
-_PROMISED = 0.1  # s by which a guess may contradict the configured rate
+_JUMP_MARGIN = 1.0  # s on either side of a jump of the counter that tell whether it is one
+_STANDSTILL = 10.0  # s of late samples, none lost, that say that the counter stood still
+_LEAST_AFTER_JUMP = 0.5  # s of arrivals after a step that tell it from a delay, at least
+_LONGEST_PAIR = 30.0  # s, at most, over which the rate is guessed
+_SHORTEST_PAIR = 0.25  # s, at least, where there are as many: nearer ones tell bursts of 16 ms
+_SHORT_STRETCH = 5.0  # s over which a guess is no better than what a crystal promises
+_MOST_CONTRADICTION = 0.1  # s by which a guess may contradict the configured rate
 # Shares by which the pace of a pair of samples may be off that of the device: by more, one of them
 # waited in a backlog or some were lost between them. Then of a configured rate, and of a guess.
-_NEAR, _NEARER = 0.5, 0.02
-_SOME = 0.02  # share of the pairs that have to be so near to say more than all of them
-_LATE = 0.003  # s behind the lines, at least, of windows that are left out
+_NEAR_STATED, _NEAR_GUESS = 0.5, 0.02
+_LEAST_NEAR_SHARE = 0.02  # share of the pairs that have to be so near to say more than all of them
+_LATENESS = 0.003  # s behind the lines, at least, of windows that are left out
 _NEIGHBOURS = 20  # windows on either side of which the earliest tells first which are late
 # The slope is believed to differ from the guess by some 200 ppm of a crystal, and windows' earliest
 # arrivals to be off by some ms: the square of their ratio, in windows, is the weight of that.
-_STIFF = (1e-3 / (2e-4 * WINDOW)) ** 2
+_STIFFNESS = (1e-3 / (2e-4 * WINDOW)) ** 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,8 +68,8 @@ def fit_timestamps(
     and only its offset is to be found, for which one sample that was read at once is enough.
     """
     known_breaks = np.empty(0, dtype=np.int64) if breaks is None else breaks
-    rate = _rate(arrived, ticks, known_breaks, configured, counted)
-    jumps = _jumps(arrived, ticks, rate, known_breaks)
+    rate = _choose_rate(arrived, ticks, known_breaks, configured, counted)
+    jumps = _find_jumps(arrived, ticks, rate, known_breaks)
     firsts = np.unique(np.concatenate([[0], known_breaks, jumps]).astype(np.int64))
     firsts = firsts[firsts < len(ticks)]
     lasts = np.append(firsts[1:], len(ticks))
@@ -80,13 +80,13 @@ def fit_timestamps(
         piece = slice(int(firsts[longest]), int(lasts[longest]))
         duration = rate * float(ticks[piece][-1] - ticks[piece][0])
         piece_rate = rate
-        if duration > 2 * _SHORT:
-            piece_rate = _guess(arrived[piece], ticks[piece], 2, about=rate, near=_NEARER)[0]
+        if duration > 2 * _SHORT_STRETCH:
+            piece_rate = _guess(arrived[piece], ticks[piece], 2, about=rate, near=_NEAR_GUESS)[0]
         host[piece], square, used = _fit_stretch(arrived[piece], ticks[piece], piece_rate)
         squares, windows = squares + square, windows + used
         if np.isnan(slope):
             offset, slope = _fit_line(host[piece], ticks[piece], rate)
-            rate = slope if duration > 2 * _SHORT else rate
+            rate = slope if duration > 2 * _SHORT_STRETCH else rate
     return Timestamps(host, firsts, offset, slope, float(np.sqrt(squares / max(windows, 1))))
 
 
@@ -116,7 +116,7 @@ def spread_deliveries(
     return host, float((each * number).max())
 
 
-def _rate(
+def _choose_rate(
     arrived: NDArray[np.float64],
     ticks: NDArray[np.int64],
     breaks: NDArray[np.int64],
@@ -128,8 +128,8 @@ def _rate(
     guess, over = _guess(arrived, ticks, 8, breaks, about=about)
     if not (configured > 0 and counted):
         return guess
-    contradicted = over * abs(guess * configured - 1) > _PROMISED
-    return guess if over > _SHORT or contradicted else 1.0 / configured
+    contradicted = over * abs(guess * configured - 1) > _MOST_CONTRADICTION
+    return guess if over > _SHORT_STRETCH or contradicted else 1.0 / configured
 
 
 def _guess(
@@ -139,7 +139,7 @@ def _guess(
     breaks: NDArray[np.int64] | tuple[int, ...] = (),
     *,
     about: float = 0.0,
-    near: float = _NEAR,
+    near: float = _NEAR_STATED,
 ) -> tuple[float, float]:
     """Seconds a tick: the median over pairs of samples far apart; and how far apart (s).
 
@@ -156,8 +156,8 @@ def _guess(
     rough = (arrived[last] - arrived[first]) / (last - first)
     if rough <= 0:
         return 1e-3, 0.0
-    most = max((last - first) // parts, int(min(np.ceil(_BURSTS / rough), last - first)))
-    apart = int(np.clip(_LONG / rough, 1, most))
+    most = max((last - first) // parts, int(min(np.ceil(_SHORTEST_PAIR / rough), last - first)))
+    apart = int(np.clip(_LONGEST_PAIR / rough, 1, most))
     begin = np.arange(0, n - apart, max(1, (n - apart) // 20_000))
     begin = begin[
         np.searchsorted(edges, begin, "right") == np.searchsorted(edges, begin + apart, "right")
@@ -168,14 +168,14 @@ def _guess(
     plausible = slopes[np.abs(slopes - about) < near * about]
     # Of those of another pace, which only end so near, the middle one would lie at the edge.
     if (
-        len(plausible) > _SOME * len(begin)
+        len(plausible) > _LEAST_NEAR_SHARE * len(begin)
         and abs(np.median(plausible) - about) < 0.5 * near * about
     ):
         slopes = plausible
     return (float(np.median(slopes)), apart * rough) if len(slopes) else (1e-3, 0.0)
 
 
-def _jumps(
+def _find_jumps(
     arrived: NDArray[np.float64],
     ticks: NDArray[np.int64],
     rate: float,
@@ -184,7 +184,7 @@ def _jumps(
     """Samples before which the counter jumped, or stood still while time went on."""
     steps = np.diff(ticks)
     off = np.diff(arrived) - rate * steps
-    threshold = max(STEP, 0.6 * rate)
+    threshold = max(JUMP, 0.6 * rate)
     back = np.flatnonzero(steps <= 0) + 1
     edges = np.unique(np.concatenate([[0], breaks, back, [len(ticks)]]))
     behind = arrived - rate * (ticks - ticks[0])
@@ -196,12 +196,12 @@ def _jumps(
         first, last = int(edges[place - 1]), int(edges[place])
         if first == i:
             continue
-        low = max(int(np.searchsorted(arrived, arrived[i - 1] - _AROUND)), first, *jumps[-1:])
+        low = max(int(np.searchsorted(arrived, arrived[i - 1] - _JUMP_MARGIN)), first, *jumps[-1:])
         # Delays end; what still disagrees afterwards is the counter. Where that went on by one, a
         # busy computer is the likelier cause, and is busy for seconds.
-        after = _STAYS if steps[i - 1] == 1 else _AROUND
+        after = _STANDSTILL if steps[i - 1] == 1 else _JUMP_MARGIN
         high = min(int(np.searchsorted(arrived, arrived[i] + after)), last)
-        if off[i - 1] > 0 and arrived[high - 1] - arrived[i] < _ENOUGH:
+        if off[i - 1] > 0 and arrived[high - 1] - arrived[i] < _LEAST_AFTER_JUMP:
             continue
         before = float(behind[min(low, i - 1) : i].min())
         stays = float(behind[i : max(high, i + 1)].min()) - before
@@ -224,7 +224,7 @@ def _fit_stretch(
     earliest[filled] = np.minimum.reduceat(late, starts) - base
     weights = np.zeros(len(earliest))
     # Nothing arrives before it was taken: the earliest of the neighbours are right.
-    weights[filled] = earliest[filled] - _running_minimum(earliest[filled]) <= _LATE
+    weights[filled] = earliest[filled] - _running_minimum(earliest[filled]) <= _LATENESS
     for _ in range(3):
         smooth = _smooth(earliest, weights)
         weights[filled] = _punctual((earliest - smooth)[filled], weights[filled] > 0)
@@ -246,7 +246,7 @@ def _running_minimum(values: NDArray[np.float64]) -> NDArray[np.float64]:
 def _punctual(off: NDArray[np.float64], used: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Which windows are not late, by those that were used so far; never none."""
     typical = float(np.median(np.abs(off[used])))
-    punctual = off <= max(_LATE, 6.0 * typical)
+    punctual = off <= max(_LATENESS, 6.0 * typical)
     return punctual if punctual.any() else used
 
 
@@ -255,8 +255,8 @@ def _smooth(values: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArra
     fade = 0.5 ** (WINDOW / HALF_LIFE)
     s0, s1, s2 = _moments(weights, fade)
     t0, t1, _ = _moments(weights * values, fade)
-    # Least squares with a penalty on the slope, so that a few windows turn no line: see _STIFF.
-    slope = (s0 * t1 - s1 * t0) / (s0 * (s2 + _STIFF) - s1 * s1)
+    # Least squares with a penalty on the slope, so that a few windows turn no line: see _STIFFNESS.
+    slope = (s0 * t1 - s1 * t0) / (s0 * (s2 + _STIFFNESS) - s1 * s1)
     smooth: NDArray[np.float64] = (t0 - slope * s1) / s0
     return smooth
 

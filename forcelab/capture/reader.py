@@ -107,14 +107,15 @@ OVERLOAD = 0x03F0
 FORCE_UNITS = frozenset({"N", "mN", "kN", "Nm", "N m", "Nmm", "N mm", "mNm", "mN m", "g", "kg"})
 
 FORCE_NAME = re.compile(r"[ft][xyz]\d*")  # raw counts have no unit, but the name of a force
-_WAIT = 0.1  # s that a read waits at most
+_READ_SECONDS = 0.1  # s that a read waits at most
 _RETRY = 0.25  # s between two tries to find a device again
-_RECENT = 2.0  # s for which an alarm is shown after its cause
+_ALARM_SECONDS = 2.0  # s for which an alarm is shown after its cause
 _STALLED = 1.0  # s without a sample after which a device is called stalled
-_DRIFT, _PART = 0.002, 0.2  # s of residual, and share of a period if that is more, and
-_FAST = 1e-3  # share of the rate, beyond which a clock is said to drift
-_WRONG, _SETTLED = 0.05, 5.0  # share by which a configured rate is wrong; s to be sure of it
-_UNKNOWN = 1000.0  # Hz, at most, of a device without a configured rate
+# A clock is said to drift by so many s of residual, or that share of a period if it is more, ...
+_DRIFT_SECONDS, _DRIFT_SHARE = 0.002, 0.2
+_RATE_DRIFT = 1e-3  # ... or if its rate is off by this share
+_WRONG_RATE, _SETTLED = 0.05, 5.0  # share by which a rate is wrong; s to be sure of it
+_UNKNOWN_RATE = 1000.0  # Hz, at most, of a device without a configured rate
 
 
 def _rate(times: NDArray[np.float64], stated: float) -> float:
@@ -132,7 +133,7 @@ class DeviceReader:
 
     def __init__(self, number: int, device: Device, seconds: float) -> None:
         self.device = device
-        rate = device.rate if device.rate > 0 else _UNKNOWN
+        rate = device.rate if device.rate > 0 else _UNKNOWN_RATE
         self.ring = RingBuffer(max(int(seconds * rate), 64), len(device.channels))
         #: Numbers of the first sample of what is recorded, counted since the device was opened, and
         #: of the first after it; None while it goes on.
@@ -201,22 +202,22 @@ class DeviceReader:
             clocked = self._clock.known and not self.device.holds
             rate = 1.0 / self._clock.rate if clocked else 0.0
             if self._stamped and not self.device.holds:
-                rate = _rate(self.ring.latest(_RECENT)[1], configured)
+                rate = _rate(self.ring.latest(_ALARM_SECONDS)[1], configured)
             # A rate that was only measured is no promise that a clock could break.
             promised = configured > 0 and not getattr(self.device, "measured", False)
             pace = configured / rate if clocked and promised else np.nan
             residual = self._clock.residual if clocked else np.nan
             patience = _STALLED + (2 / configured if configured > 0 else 0)
-            off = clocked and residual > max(_DRIFT, _PART / rate)
+            off = clocked and residual > max(_DRIFT_SECONDS, _DRIFT_SHARE / rate)
             drifted = self._drifted()
             alarms = {
                 "unplugged": not self._plugged,
                 "stalled": self._plugged
                 and not self.device.holds
                 and now - self._last_arrival > patience,
-                "saturation": now - self._saturated_at < _RECENT,
-                "lost samples": now - self._lost_at < _RECENT,
-                "drift": clocked and (off or abs(pace - 1) > _FAST),
+                "saturation": now - self._saturated_at < _ALARM_SECONDS,
+                "lost samples": now - self._lost_at < _ALARM_SECONDS,
+                "drift": clocked and (off or abs(pace - 1) > _RATE_DRIFT),
                 "zero": bool(drifted),
             }
             return DeviceState(
@@ -260,7 +261,7 @@ class DeviceReader:
                     with self._lock:
                         self._zero_drift.restart()
                         self._just_zeroed = True
-                block = self.device.read(_WAIT)
+                block = self.device.read(_READ_SECONDS)
             except UnpluggedError as error:
                 self._wait_for_device(error)
                 continue
@@ -281,7 +282,7 @@ class DeviceReader:
             return []
         self._rate_checked = True
         configured, rate = self.device.rate, 1.0 / self._clock.rate
-        if not configured > 0 or abs(rate - configured) <= _WRONG * configured:
+        if not configured > 0 or abs(rate - configured) <= _WRONG_RATE * configured:
             return []
         return [
             f"{self.device.name} gives {rate:.4g} samples a second, not {configured:.4g}: what is "
@@ -340,7 +341,7 @@ class DeviceReader:
         """Count what a stream's stamps say is missing once later ones can no longer catch up."""
         stamps = np.concatenate([self._unsettled, stamps])
         missing = missing_by_stamps(stamps, self.device.rate)
-        settled = int(np.searchsorted(stamps, stamps[-1] - _RECENT))
+        settled = int(np.searchsorted(stamps, stamps[-1] - _ALARM_SECONDS))
         self._lost += int(missing[:settled].sum())
         self._unsettled = stamps[settled:]
         later = np.arange(len(missing), 0, -1)  # samples that came after each

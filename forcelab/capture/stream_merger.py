@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.assemble import DeviceStream, channels_of_all, resample
+from forcelab.capture.align import DeviceStream, channels_of_all, resample
 from forcelab.capture.device import Device
 from forcelab.capture.reader import Window
 from forcelab.demonstration import Channel
@@ -23,7 +23,7 @@ SILENT_SECONDS = 60.0
 
 
 class StreamMerger:
-    """A recorder's devices, joined as :mod:`forcelab.capture.assemble` does, while they come.
+    """A recorder's devices, joined as :mod:`forcelab.capture.align` does, while they come.
 
     The stamps are those of the clocks as they are known when the samples come; afterwards, when all
     arrivals are known, a demonstration's are better by up to some milliseconds.

@@ -46,13 +46,13 @@ class ZeroDrift:
         self.interrupt()
 
     def interrupt(self) -> None:
-        """Some time is missing: no window reaches across it."""
+        """Note that time is missing, across which no window may reach."""
         self._pending: list[NDArray[np.float64]] = []
         self._window_start = np.nan
 
     @property
     def drift(self) -> NDArray[np.float64]:
-        """By how much each zero has drifted, in the channel's unit, shape (c,); 0 if not far."""
+        """The drift of each zero in the channel's unit, shape (c,); 0 where it is small."""
         now = np.array([np.median(levels) if levels else np.nan for levels in self._levels])
         away = now - self._zero
         reported = np.abs(away) > self._threshold()

@@ -188,6 +188,14 @@ def join_scheduler(address: str | None) -> Iterator[None]:
         print_remark(f"forcelab: {cluster.report()}")
 
 
+def parse_unit(text: str) -> tuple[str, str]:
+    """A channel and its unit, as they are typed: ``fx=N``."""
+    name, _, unit = (part.strip() for part in text.rpartition("="))
+    if not name or not unit:
+        raise argparse.ArgumentTypeError(f"'{text}' is no unit of a channel; write such as fx=N")
+    return name, unit
+
+
 def add_column_options(parser: argparse._ActionsContainer) -> None:
     """Options for the columns of a table: times, counters, signals."""
     parser.add_argument("--time", metavar="COL", help="name or number of the column of times")
@@ -219,4 +227,12 @@ def add_column_options(parser: argparse._ActionsContainer) -> None:
         default=[],
         help="name or number of a column to use as a signal although it would be left out or "
         "taken for times or a counter; in a ROS bag /topic.field; may be repeated",
+    )
+    parser.add_argument(
+        "--unit",
+        metavar="CHANNEL=UNIT",
+        type=parse_unit,
+        action="append",
+        default=[],
+        help="unit of a channel whose file states none, such as fx=N; may be repeated",
     )

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Final, Protocol, cast
 
 from forcelab.errors import InputError
-from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
+from forcelab.formats.recording import ColumnUse, ReadOptions, Recording, give_units
 from forcelab.formats.signatures import (
     Format,
     file_head,
@@ -188,7 +188,7 @@ def reading(path: Path, options: ReadOptions) -> Generator[Progress, None, list[
         recordings = yield from run_through(_module(format_).read(path, options))
         if not recordings:
             raise InputError(f"'{path}' holds no recording; there is nothing to import.")
-        return recordings
+        return [give_units(recording, options.units) for recording in recordings]
 
 
 def preview(path: str | os.PathLike[str], options: ReadOptions) -> tuple[ColumnUse, ...]:

@@ -467,5 +467,5 @@ def _check_free(files: Collection[Path], replacing: bool) -> None:
     if existing:
         raise InputError(
             f"'{existing[0].name}' is in '{existing[0].parent}' already; choose an empty folder, "
-            f"or say that files are to be replaced."
+            "or overwrite existing files."
         )

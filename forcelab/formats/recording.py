@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -41,6 +41,8 @@ class ReadOptions:
         Names or 1-based numbers of columns that become no channels; of a bag fields and topics.
     signals : tuple of str
         Names or 1-based numbers of columns that are channels, whatever they look like.
+    units : tuple of (str, str)
+        Names of channels, each with its unit; where the file states one, that counts.
     videos : bool
         Whether videos that lie beside a recording are attached to it: the one that is called as
         it is, and further ones by what follows its name, as ``pull.left.mp4`` is of ``pull.csv``.
@@ -78,6 +80,7 @@ class ReadOptions:
     counter: str | None = None
     leave_out: tuple[str, ...] = ()
     signals: tuple[str, ...] = ()
+    units: tuple[tuple[str, str], ...] = ()
     videos: bool = False
     strict: bool = False
     jitter: float = 0.0
@@ -160,6 +163,25 @@ def reading_progress(path: Path, done: int, size: int) -> Progress:
     """How many of about so many bytes of a file have been read, in megabytes."""
     total = size // _UNIT
     return Progress(min(done // _UNIT, total), total, f"reading {path.name}")
+
+
+def give_units(recording: Recording, units: Iterable[tuple[str, str]]) -> Recording:
+    """The recording with units of channels that have none; what is not used becomes a remark."""
+    channels, remarks = list(recording.demonstration.channels), list[str]()
+    for name, unit in units:
+        places = [i for i, channel in enumerate(channels) if channel.name == name]
+        if not places:
+            remarks.append(f"No channel is called '{name}', so that its unit was not used.")
+        for i in places:
+            if not channels[i].unit:
+                channels[i] = replace(channels[i], unit=unit)
+            elif channels[i].unit != unit:
+                stated = f"'{channels[i].name}' is in {channels[i].unit}, as the file states"
+                remarks.append(f"{stated}, not in {unit}.")
+    if not remarks and tuple(channels) == recording.demonstration.channels:
+        return recording
+    demonstration = replace(recording.demonstration, channels=tuple(channels))
+    return replace(recording, demonstration=demonstration, remarks=(*recording.remarks, *remarks))
 
 
 Use = Literal["signal", "times", "counter", "labels", "video", "left out"]

@@ -74,7 +74,7 @@ class DemonstrationRow:
             return 0 < percent(self.share) < 100 and not self.done
         if filter_ == "assigned":
             return self.assignment is not None and not self.done
-        return filter_ == "all" or self.done
+        return filter_ == "all" or self.finished  # as they are counted above the list
 
 
 @dataclass(frozen=True, slots=True)

@@ -51,6 +51,9 @@ class Stroke:
     action: str
     start: float
 
+    def __str__(self) -> str:
+        return f"{self.action} from {self.start:.2f} s"
+
 
 @dataclass(frozen=True, slots=True)
 class _NudgeRun:
@@ -134,12 +137,12 @@ class Document(QObject):
 
     @property
     def demonstration(self) -> Demonstration | None:
-        """The one that is open."""
+        """The demonstration that is open."""
         return self.view.demonstration
 
     @property
     def id(self) -> str:
-        """Of the open demonstration; ``""`` without one."""
+        """The id of the open demonstration; ``""`` without one."""
         return self.editor.demonstration
 
     @property
@@ -175,6 +178,7 @@ class Document(QObject):
         if self.project is None:
             return
         self.view.set_playing(False)
+        self._leave_stroke()
         self.project.close()
         self.project = None
         self.infos = ()
@@ -205,6 +209,7 @@ class Document(QObject):
                 return True
             editor = self._editor_of(self.project, demonstration.id, self.author)
             labels = self._visible_labels(self.author, demonstration)
+            self._leave_stroke()
             if self.id:  # what was painted in the previous one enters the list only now
                 with suppress(InputError):  # removed elsewhere meanwhile
                     self._update_info(self.project)
@@ -235,6 +240,7 @@ class Document(QObject):
                 labels = self._visible_labels(name, self.demonstration)
             if errors:  # the coder shown must be the one whose labels are shown
                 return
+            self._leave_stroke()
             self._edit_track(editor)
             self._show_labels(labels)
         else:
@@ -324,6 +330,11 @@ class Document(QObject):
         If another one is to be opened then (its id), the labels of others are not shown before.
         """
         if self.project is None or not self.id:
+            return False
+        if not self.finish_stroke():
+            if self.stroke is not None and not self.refused:
+                sentence = f"{self.stroke} is not ended: press its key again, or Esc to cancel it."
+                self.refuse(sentence, on_track=True)
             return False
         with self._reporting_errors(tried=True) as errors:
             blind = self.coding_blind
@@ -724,6 +735,27 @@ class Document(QObject):
         if not painted and self.refused:
             self.begin_stroke(stroke.action, stroke.start)
         return painted
+
+    def finish_stroke(self) -> bool:
+        """End the stroke at the cursor, as it is drawn there, before its track is left.
+
+        Not where that would paint over segments: it may have been begun by mistake. Returns whether
+        nothing waits for its end any more.
+        """
+        if self.stroke is None:
+            return True
+        start, end = sorted((self.stroke.start, self.view.cursor))
+        if end - start <= SLIVER:
+            self.cancel_stroke()
+            return True
+        if any(s.start + SLIVER < end and start + SLIVER < s.end for s in self.editor.segments):
+            self.refused = False
+            return False
+        return self.end_stroke(self.view.cursor)
+
+    def _leave_stroke(self) -> None:
+        if not self.finish_stroke():
+            self.show_message(f"{self.stroke} was not ended: it is not stored.", True)
 
     def cancel_stroke(self) -> None:
         if self.stroke is not None:

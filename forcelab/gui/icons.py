@@ -174,7 +174,7 @@ class _Engine(QIconEngine):
         return image
 
     def clone(self) -> QIconEngine:
-        """Another one for a copy of the icon."""
+        """The engine of a copy of the icon."""
         return _Engine(self._name)
 
 

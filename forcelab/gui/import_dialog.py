@@ -11,7 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 from PySide6.QtCore import QSize, Qt, QTimer, Signal
 from PySide6.QtWidgets import (
@@ -69,7 +69,7 @@ from forcelab.gui.layout import (
 from forcelab.gui.text import name_fields, settle_name
 from forcelab.gui.theme import colours
 from forcelab.signals.channels import find_force_axes
-from forcelab.text import counted, listed
+from forcelab.text import counted, listed, tidy_name
 
 #: Options of the command, and what is chosen here in their place.
 _FIELDS: Final = {
@@ -92,6 +92,8 @@ OTHERS_NAMED = 4
 #: The key of the job that previews a file, and the milliseconds after which that is said.
 PREVIEW_JOB = "import columns"
 _PREVIEW_MS = 300
+#: Formats whose columns become channels under their names.
+_TABLES = "table", "excel", "parquet"
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +105,7 @@ class _ColumnPreview:
     uses: tuple[ColumnUse, ...] = ()
     trouble: str = ""
     rate: float | None = None  #: samples a second that a table's head tells
+    table: bool = False  #: whether a channel is called as its column is
 
 
 def _previewing(
@@ -116,9 +119,10 @@ def _previewing(
     result = known
     try:
         if result is None:
-            rate = rate_in(path) if identify(path).name == "table" else None
+            format_ = identify(path).name
+            rate = rate_in(path) if format_ == "table" else None
             found = preview(path, ReadOptions())
-            result = _ColumnPreview(path, found, found, rate=rate)
+            result = _ColumnPreview(path, found, found, rate=rate, table=format_ in _TABLES)
         if chosen is None or not result.untouched:
             return replace(result, uses=result.untouched, trouble="")
         yield
@@ -146,6 +150,7 @@ class ImportColumns(QWidget):
         self._jobs = jobs
         self._path: Path | None = None
         self._wishes: dict[str, Use] = {}
+        self._units: dict[str, str] = {}
         self._preview = _ColumnPreview()
         self._rate = 0.0
         self._first = self._proposed = False
@@ -154,14 +159,15 @@ class ImportColumns(QWidget):
         self.heading = QLabel(wordWrap=True)
         self.others = toned_label("warning")
         self.others.hide()
-        self.table = QTableWidget(0, 4)
+        self.table = QTableWidget(0, 5)
         self.table.setAccessibleName("Columns of the table")
-        self.table.setHorizontalHeaderLabels(["Column", "First cells", "Read as", "Size"])
+        self.table.setHorizontalHeaderLabels(["Column", "First cells", "Read as", "Size", "Unit"])
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
         header.setSectionResizeMode(2, QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(3, QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(4, QHeaderView.ResizeMode.ResizeToContents)
         header.moveSection(3, 1)
         header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         header.setHighlightSections(False)
@@ -181,6 +187,7 @@ class ImportColumns(QWidget):
             return
         self._path = next((file for file in files if _has_columns(file)), None)
         self._wishes.clear()
+        self._units.clear()
         self._first, self._proposed = True, False
         self._fill()
 
@@ -204,6 +211,7 @@ class ImportColumns(QWidget):
             label=chosen.get("labels"),
             leave_out=several["left out"],
             signals=several["signal"],
+            units=tuple(self._chosen_units.items()),
         )
 
     def wish(self, name: str, use: Use) -> None:
@@ -218,6 +226,18 @@ class ImportColumns(QWidget):
         if uses.get(name) != use:
             self._wishes[name] = use
         self._fill()
+
+    @property
+    def _chosen_units(self) -> dict[str, str]:
+        """The units that were given, but for columns that become no channel."""
+        others = {column.name for column in self.uses if column.use not in ("signal", "counter")}
+        return {name: unit for name, unit in self._units.items() if name not in others}
+
+    def set_unit(self, name: str, unit: str) -> None:
+        """Give a column that is a signal a unit, which its file does not state; "" for none."""
+        self._units.pop(name, None)
+        if unit.strip():
+            self._units[name] = tidy_name(unit)
 
     def set_rate(self, rate: float) -> None:
         """Set the samples a second of files without times; 0 for none."""
@@ -266,9 +286,9 @@ class ImportColumns(QWidget):
         self._preview = shown
         if self._first and (choice := _remembered(self._build)) is not None:
             self._first, self._proposed = False, True
-            self._wishes, rate = choice
+            self._wishes, self._units = choice.wishes, choice.units
             self._fill()
-            self.rate_proposed.emit(rate)
+            self.rate_proposed.emit(choice.rate)
             return
         self._first = False
         self.setVisible(bool(shown.uses))
@@ -280,6 +300,8 @@ class ImportColumns(QWidget):
         """Make a row for each column, and one above those of a group of arrays."""
         arrays = any(column.size for column in self.uses)
         self.table.setColumnHidden(3, not arrays)
+        unit_missing = [column.name for column in self.uses if self._lacks_unit(column)]
+        self.table.setColumnHidden(4, not unit_missing)
         self.table.setHorizontalHeaderItem(0, QTableWidgetItem("Array" if arrays else "Column"))
         groups: dict[str, list[ColumnUse]] = {"": []}
         shown = self.uses[:MOST_SHOWN]
@@ -292,7 +314,7 @@ class ImportColumns(QWidget):
             if group:
                 self._fill_row(row, (group.rstrip("/."), "", "", ""), bold=True)
                 self.table.removeCellWidget(row, 2)
-                self.table.setSpan(row, 0, 1, 4)
+                self.table.setSpan(row, 0, 1, 5)
                 row += 1
             for column in columns:
                 name = column.name.removeprefix(group)
@@ -300,6 +322,10 @@ class ImportColumns(QWidget):
                 texts = ("      " * bool(group) + name, "   ".join(column.cells), "", column.size)
                 self._fill_row(row, texts)
                 self.table.setCellWidget(row, 2, _pad_columns(self._choice(column)))
+                if column.name in unit_missing:
+                    self.table.setCellWidget(row, 4, _pad_columns(self._unit_line(column.name)))
+                else:
+                    self.table.removeCellWidget(row, 4)
                 row += 1
 
     def _fill_row(self, row: int, texts: Sequence[str], bold: bool = False) -> None:
@@ -322,7 +348,8 @@ class ImportColumns(QWidget):
     def choice(self) -> str:
         """What is chosen for files of this build, to be remembered once they are imported."""
         timed = any(column.use == "times" for column in self.uses)
-        return json.dumps([self._build, self._wishes, 0.0 if timed else self._rate])
+        chosen = [self._build, self._wishes, 0.0 if timed else self._rate]
+        return json.dumps([*chosen, self._chosen_units] if self._chosen_units else chosen)
 
     def _show_status(self) -> None:
         """Say which file is shown, and what is missing."""
@@ -371,7 +398,7 @@ class ImportColumns(QWidget):
         kinds = [column.use for column in self.uses]
         if not self._has_signals:
             return f"It is not plain which are the signals in {name}; choose them:"
-        if self._timed and self._proposed and self._wishes:
+        if self._timed and self._proposed and (self._wishes or self._units):
             return f"Columns of {name}, read as was chosen for such a file before:"
         if self._timed:
             return f"Columns of {name}, and what each is read as:"
@@ -393,6 +420,19 @@ class ImportColumns(QWidget):
                 return column.name
         return ""
 
+    def _lacks_unit(self, column: ColumnUse) -> bool:
+        """Whether a column becomes a channel of its name whose unit the file does not state."""
+        return self._preview.table and column.use == "signal" and not column.unit
+
+    def _unit_line(self, name: str) -> QLineEdit:
+        line = QLineEdit(self._units.get(name, ""), placeholderText="none", maxLength=20)
+        line.setFixedWidth(9 * line.fontMetrics().averageCharWidth())
+        line.setObjectName("field")  # it has a frame, as fields outside of tables have
+        line.setAccessibleName(f"Unit of {name}")
+        line.setToolTip("The file states no unit; enter one, such as N or Nm")
+        line.textChanged.connect(partial(self.set_unit, name))
+        return line
+
     def _choice(self, column: ColumnUse) -> QComboBox:
         box = QComboBox()
         ignore_wheel(box)  # it scrolls the table
@@ -405,7 +445,7 @@ class ImportColumns(QWidget):
         return box
 
 
-def _pad_columns(choice: QComboBox) -> QWidget:
+def _pad_columns(choice: QWidget) -> QWidget:
     """A choice that does not touch those above and below it."""
     cell = QWidget()
     margins = 0, CELL_PADDING, 2 * CELL_PADDING, CELL_PADDING
@@ -417,27 +457,37 @@ def _pad_columns(choice: QComboBox) -> QWidget:
 _REMEMBERED = 100
 
 
-def _choices() -> list[tuple[str, dict[str, Use], float]]:
+class _FileChoice(NamedTuple):
+    """What was chosen for files of a build."""
+
+    build: str
+    wishes: dict[str, Use]
+    rate: float
+    units: dict[str, str]
+
+
+def _choices() -> list[_FileChoice]:
     """What was chosen for files of each build, the latest first."""
     choices = []
     for text in settings.strings("import/choices"):
         with suppress(ValueError, TypeError, AttributeError):
-            build, wishes, rate = json.loads(text)
+            build, wishes, rate, *units = json.loads(text)
             known = {str(n): use for n, use in wishes.items() if use in ANY_USE}
-            choices.append((str(build), known, min(max(float(rate), 0.0), 1e6)))
+            named = {str(n): str(unit) for n, unit in (units[0] if units else {}).items()}
+            choices.append(_FileChoice(str(build), known, min(max(float(rate), 0.0), 1e6), named))
     return choices
 
 
-def _remembered(build: str) -> tuple[dict[str, Use], float] | None:
+def _remembered(build: str) -> _FileChoice | None:
     """What was chosen for files of a build; None where nothing was."""
-    return next(((wishes, rate) for other, wishes, rate in _choices() if other == build), None)
+    return next((choice for choice in _choices() if choice.build == build), None)
 
 
 def _remember(choice: str) -> None:
     """Remember what was chosen for files of a build; what is found by itself is no choice."""
-    build, wishes, rate = json.loads(choice)
-    others = [json.dumps(other) for other in _choices() if other[0] != build]
-    latest = [choice] if build and (wishes or rate) else []
+    build, *chosen = json.loads(choice)
+    others = [json.dumps(other) for other in _choices() if other.build != build]
+    latest = [choice] if build and any(chosen) else []
     settings.store("import/choices", [*latest, *others][:_REMEMBERED])
 
 
@@ -555,6 +605,7 @@ class ImportDialog(FileDrop, QDialog):
     def _form(self) -> QFormLayout:
         """What the files do not say themselves."""
         document = self._document
+        self.open_project_name = QLabel(wordWrap=True, textFormat=Qt.TextFormat.PlainText)
         self._task = QComboBox(editable=True)
         self._task.setAccessibleName("Task")
         self._task.addItems(document.project.demonstrations.tasks() if document.project else ())
@@ -587,6 +638,7 @@ class ImportDialog(FileDrop, QDialog):
         self._taskless.setSizePolicy(keeping)
         self._layout = form = QFormLayout()
         form.addRow("New project", self._new_project_row())
+        form.addRow("Project", self.open_project_name)
         form.addRow("Episodes of a dataset", self.episodes)
         form.addRow("Task", self._task)
         form.addRow("Coder for unsigned labels", self._author)
@@ -610,8 +662,15 @@ class ImportDialog(FileDrop, QDialog):
 
     def _propose_project(self, files: Sequence[Path]) -> None:
         """Propose a new project beside the recordings, where there is none to import into."""
-        self._layout.setRowVisible(0, self._document.project is None)
-        if self._document.project is not None or not files:
+        project = self._document.project
+        self._layout.setRowVisible(0, project is None)
+        self._layout.setRowVisible(self.open_project_name, project is not None)
+        if project is not None:
+            name = f"{project.path.name} (File > New project… begins another)"
+            self.open_project_name.setText(name)
+            self.open_project_name.setToolTip(str(project.path))
+            return
+        if not files:
             return
         recordings = Path(files[0]).absolute().parent
         folder = recordings if os.access(recordings, os.W_OK) else settings.documents_folder()
@@ -675,8 +734,9 @@ class ImportDialog(FileDrop, QDialog):
     def _choose(self) -> None:
         chosen = ask_files(self, "Recordings", "recordings")
         self.add_files(chosen)
-        if chosen:
-            self._go.setFocus()
+        if chosen:  # what is typed next is the task, unless it is known; Enter imports
+            (self._task if self._taskless.isVisibleTo(self) else self._go).setFocus()
+            self._go.setDefault(True)
 
     def _ask_calibration(self) -> None:
         file = ask_file(self, "Calibration file", "calibration", "Calibration files (*.toml)")

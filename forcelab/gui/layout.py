@@ -28,6 +28,7 @@ from PySide6.QtWidgets import (
     QScrollArea,
     QSplitter,
     QStackedWidget,
+    QTabBar,
     QTableView,
     QToolButton,
     QToolTip,
@@ -157,6 +158,21 @@ class DockedWindow(QMainWindow):
         super().__init__(parent)
         self._widths: dict[QDockWidget, int] = {}
         self._pressed: dict[QDockWidget, int] = {}  # when a button of the mouse was pressed
+
+    def restoreState(
+        self, state: QByteArray | bytes | bytearray | memoryview, /, version: int | None = 0
+    ) -> bool:
+        """Restore docks; the tabs that Qt leaves where they were before are hidden."""
+        before = self._dock_tabs()
+        restored = super().restoreState(state, version)
+        if set(self._dock_tabs()) - set(before):
+            for tabs in before:
+                tabs.hide()
+        return restored
+
+    def _dock_tabs(self) -> list[QTabBar]:
+        """The tabs of docks that lie behind one another."""
+        return [child for child in self.children() if isinstance(child, QTabBar)]
 
     def set_widths(self, docks: Sequence[QDockWidget], width: int) -> None:
         """Give docks a width, hidden ones as well."""

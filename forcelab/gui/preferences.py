@@ -133,9 +133,9 @@ TEXT_SIZE = _whole(
     "window/text_size",
     100,
     "Text size",
-    "Relative to the text of other programs. Rows and buttons grow with it.",
+    "Relative to the text of other programs. Rows, buttons and plots grow with it.",
     lowest=80,
-    highest=150,
+    highest=200,
     step=10,
     unit="%",
 )

@@ -72,6 +72,7 @@ from forcelab.gui.setting_editors import Editor, editor_for
 from forcelab.gui.shortcuts import Keys, key_name
 from forcelab.gui.text import contains_words, escape_ampersands
 from forcelab.recognition.plugins import Kind
+from forcelab.text import task_text
 
 
 class Row(QWidget):
@@ -185,7 +186,7 @@ class TaskSettingsRow(Row):
         trainer, name = self._trainer, "Settings…"
         if trainer.ready:
             preset, changed = trainer.preset_used
-            name = f"{trainer.task or 'no task'}: {preset}{', changed' if changed else ''}…"
+            name = f"{task_text(trainer.task)}: {preset}{', changed' if changed else ''}…"
         self._button.setText(escape_ampersands(name))
         self._button.setAccessibleName(name)
         obstacle = "" if trainer.ready else self._obstacle() or "Import demonstrations first."

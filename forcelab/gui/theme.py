@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 
 from forcelab.gui.figures.colormap import mixed
 from forcelab.gui.figures.figure import Theme
+from forcelab.gui.kit import text_size
 
 
 @dataclass(frozen=True)
@@ -88,7 +89,17 @@ DARK = Colours(
 
 
 #: Widgets that get a frame of their own (:func:`framed`).
-FRAMED = ("QAbstractSpinBox", "QComboBox", "QCheckBox", "QRadioButton")
+FRAMED = (
+    "QAbstractSpinBox",
+    "QComboBox",
+    "QCheckBox",
+    "QRadioButton",
+    "QListView",
+    "QTableView",
+    "QTreeView",
+    "QTextEdit",
+    "QPlainTextEdit",
+)
 
 
 class _Themes(QObject):
@@ -280,6 +291,8 @@ def _sheet(colours: Colours) -> str:
     QAbstractSpinBox {{ min-height: 1.35em; }}
     QAbstractSpinBox QLineEdit, QComboBox QLineEdit, QAbstractItemView QLineEdit {{
         border: none; padding: 0; }}
+    QAbstractItemView QLineEdit#field {{ border: 1px solid {c.frame}; padding: 0.2em 0.3em; }}
+    QAbstractItemView QLineEdit#field:focus {{ border-color: {c.accent}; }}
     QCommandLinkButton {{ border: 1px solid transparent; border-radius: 4px; }}
     QCommandLinkButton:hover {{ background: {c.panel_edge}; }}
     QCommandLinkButton:focus {{ border-color: {c.accent}; }}
@@ -292,6 +305,7 @@ def use_text_size(app: QApplication, percent: int) -> None:
 
     Windows get their style sheet anew: beneath one, fonts do not follow.
     """
+    text_size.set_scale(percent / 100)
     face = QFont(_system_font())
     face.setPointSizeF(face.pointSizeF() * percent / 100)
     if face == app.font():

@@ -240,7 +240,7 @@ class HintBar(QFrame):
             self._finish("paint")
 
     def _demonstration_changed(self) -> None:
-        """Another one that is opened is the next."""
+        """Note that the coder has gone on to another demonstration."""
         before, self._opened = self._opened, self._document.id
         if before and self._opened and before != self._opened:
             self._finish("next")

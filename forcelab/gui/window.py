@@ -32,6 +32,7 @@ from forcelab.gui.file_dialogs import FileDrop
 from forcelab.gui.guide_pages import GuideKey, page_about
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.key_events import application
+from forcelab.gui.kit import text_size
 from forcelab.gui.label import commands
 from forcelab.gui.label.workspace import LabelWorkspace
 from forcelab.gui.launch_options import DIALOGS, REVIEW_PAGES, LaunchOptions
@@ -62,7 +63,7 @@ NARROWEST, WIDEST = 200, 250
 #: In a window that is lower than so many pixels the panels need the toolbar's room.
 LOWEST_WITH_TOOLBAR = 560
 #: The share of the time that such looks may take, in a project with thousands of tracks.
-VIEW_SHARE = 0.05
+LOOK_SHARE = 0.05
 
 
 class Window(FileDrop, DockedWindow):
@@ -86,7 +87,7 @@ class Window(FileDrop, DockedWindow):
         self.demonstrations = DemonstrationList(self.document)
         self._welcome = Welcome(self.opening, self._show_guide)
         self._coders, self._sample = AuthorChoice(self.document), SampleProgress(self.opening)
-        self._line = StatusLine(self.document)
+        self._status_line = StatusLine(self.document)
         self._dock = Dock("Demonstrations", self)
         self.obstacles = self._obstacles()
         self.commands = bind(self, self._handlers())
@@ -108,11 +109,11 @@ class Window(FileDrop, DockedWindow):
         self._dock.setObjectName("demonstrations")
         self._dock.setWidget(self.demonstrations)
         self.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, self._dock)
-        self._shared_out = False
+        self._room_distributed = False
         self._add_menus_and_toolbar()
         self.setAcceptDrops(True)
         # There from the start: nothing moves when it first says something.
-        self.setStatusBar(self._line)
+        self.setStatusBar(self._status_line)
         self.statusBar().addPermanentWidget(self._sample)
         self.statusBar().addPermanentWidget(self.review.indicator)
         self.statusBar().addPermanentWidget(self.capture.indicator)
@@ -120,11 +121,11 @@ class Window(FileDrop, DockedWindow):
         self.review.indicator.clicked.connect(partial(self.show_workspace, "review"))
         GuideKey(self, self._show_guide)
         self._standard = self.saveState(LAYOUT)
-        self._listing = QTimer(self, singleShot=True, interval=LIST_MS)
-        self._look, self._tidy = QTimer(self), QTimer(self, interval=TIDY_MS)
+        self._list_timer = QTimer(self, singleShot=True, interval=LIST_MS)
+        self._look_timer, self._memory_timer = QTimer(self), QTimer(self, interval=TIDY_MS)
         self._connect()
         self._project_changed()
-        self._dress()
+        self._apply_theme()
 
     # What the program does with the window
 
@@ -170,7 +171,7 @@ class Window(FileDrop, DockedWindow):
     def restore_layout(self) -> None:
         if geometry := settings.data("window/geometry"):
             self.restoreGeometry(QByteArray(geometry))
-        self._shared_out = self.restore_docks("window")
+        self._room_distributed = self.restore_docks("window")
         self._dock.setVisible(self.document.project is not None)
         self._show_toolbar()
         self.label.restore_layout()
@@ -206,9 +207,9 @@ class Window(FileDrop, DockedWindow):
             leaving.callback(self.jobs.close)
             leaving.callback(self.capture.release)  # a job may be keeping a recording
             leaving.callback(self.label.release)
-            leaving.callback(self._listing.stop)
-            leaving.callback(self._look.stop)
-            leaving.callback(self._tidy.stop)
+            leaving.callback(self._list_timer.stop)
+            leaving.callback(self._look_timer.stop)
+            leaving.callback(self._memory_timer.stop)
             if guide := self.findChild(QWidget, "guide"):
                 leaving.callback(guide.close)
             if self._remembering:
@@ -217,9 +218,9 @@ class Window(FileDrop, DockedWindow):
     def showEvent(self, event: QShowEvent) -> None:
         """Distribute the room at first, unless a layout was restored."""
         super().showEvent(event)
-        if not self._shared_out:
-            self._shared_out = True
-            self._share_out()
+        if not self._room_distributed:
+            self._room_distributed = True
+            self._distribute_room()
         elif not self._widths:  # a layout was remembered
             QTimer.singleShot(0, self, self.note_widths)
 
@@ -323,19 +324,19 @@ class Window(FileDrop, DockedWindow):
         document, opening = self.document, self.opening
         document.project_changed.connect(self._project_changed)
         document.demonstration_changed.connect(opening.remember_demonstration)
-        document.demonstration_changed.connect(self._title)
+        document.demonstration_changed.connect(self._show_title)
         document.demonstration_changed.connect(self._focus_tracks)
-        document.tracks_changed.connect(self._listing.start)
-        document.view.snapping_changed.connect(self._check_snapping)
+        document.tracks_changed.connect(self._list_timer.start)
+        document.view.snapping_changed.connect(self._show_snapping)
         for command, panel in PANEL_KEYS.items():
             self.label.toggles[panel].toggled.connect(self.commands[command].setChecked)
             self.commands[command].setChecked(self.label.toggles[panel].isChecked())
         self._tabs.currentChanged.connect(RefusalNote(document, self.label.tracks, self).hide)
         self.capture.recording_changed.connect(self._recording_changed)
         self.capture.label_wanted.connect(partial(self.show_workspace, "label"))
-        self.jobs.trouble.connect(partial(self._line.say, trouble=True))
+        self.jobs.trouble.connect(partial(self._status_line.say, trouble=True))
         opening.sampling.connect(self._show_sample)
-        theme.themes().changed.connect(self._dress)
+        theme.themes().changed.connect(self._apply_theme)
         THEME.changed.connect(self._use_theme)
         TEXT_SIZE.changed.connect(self._use_text_size)
         self.demonstrations.importing.connect(opening.ask_import)
@@ -344,12 +345,12 @@ class Window(FileDrop, DockedWindow):
             self.label.setMenuWidget(self._hints)
             opening.begun.connect(self._hints.begin)
         opening.sample_opened.connect(self._train_sample)
-        self._listing.timeout.connect(document.refresh_info)
-        self._look.timeout.connect(self._look_elsewhere)
-        self._look.start(LOOK_MS)
-        self._tidy.timeout.connect(lambda: Thread(target=return_memory).start())
-        self._tidy.start()
-        self._check_snapping()
+        self._list_timer.timeout.connect(document.refresh_info)
+        self._look_timer.timeout.connect(self._look_elsewhere)
+        self._look_timer.start(LOOK_MS)
+        self._memory_timer.timeout.connect(lambda: Thread(target=return_memory).start())
+        self._memory_timer.start()
+        self._show_snapping()
 
     def _handlers(self) -> dict[str, Callable[[], object]]:
         document, opening = self.document, self.opening
@@ -445,7 +446,7 @@ class Window(FileDrop, DockedWindow):
         self._show_toolbar()
         self._welcome.refresh()
         self._welcome.show_trouble("")
-        self._title()
+        self._show_title()
 
     def _show_toolbar(self) -> None:
         """Show the toolbar if it is switched on, a project is open, and there is room for it."""
@@ -473,9 +474,9 @@ class Window(FileDrop, DockedWindow):
         began = time.monotonic()
         self.document.refresh()
         duration = 1000 * (time.monotonic() - began)
-        self._look.setInterval(max(LOOK_MS, round(duration / VIEW_SHARE)))
+        self._look_timer.setInterval(max(LOOK_MS, round(duration / LOOK_SHARE)))
 
-    def _title(self) -> None:
+    def _show_title(self) -> None:
         """Show what is open in the window's title."""
         project, demonstration = self.document.project, self.document.demonstration
         parts = [demonstration.name] if demonstration is not None else []
@@ -490,9 +491,9 @@ class Window(FileDrop, DockedWindow):
         """Show in the tab and in the title that something is being recorded."""
         name = self.commands["workspace_capture"].text()
         self._tabs.setTabText(WORKSPACES.index("capture"), self.capture.title(name))
-        self._title()
+        self._show_title()
 
-    def _check_snapping(self) -> None:
+    def _show_snapping(self) -> None:
         self.commands["snapping"].setChecked(self.document.view.snapping)
 
     def _use_theme(self) -> None:
@@ -502,7 +503,7 @@ class Window(FileDrop, DockedWindow):
     def _use_text_size(self) -> None:
         theme.use_text_size(application(), TEXT_SIZE.value)
 
-    def _dress(self) -> None:
+    def _apply_theme(self) -> None:
         theme.apply_to_application(self)
 
     def _remember_layout(self) -> None:
@@ -514,14 +515,15 @@ class Window(FileDrop, DockedWindow):
 
     def _reset_layout(self) -> None:
         self.restoreState(self._standard, LAYOUT)
-        self._share_out()
+        self._distribute_room()
         self._dock.setVisible(self.document.project is not None)
         self.commands["toolbar"].setChecked(True)
         self._switch_toolbar()
         self.label.reset_layout()
         self.review.reset_layout()
 
-    def _share_out(self) -> None:
+    def _distribute_room(self) -> None:
         """Give the list a fifth of the width, and no more than any workspace leaves it."""
-        width = min(max(self.width() * 3 // 16, NARROWEST), WIDEST)
+        widest = round(text_size.pixels(WIDEST))
+        width = min(max(self.width() * 3 // 16, NARROWEST), widest)
         self.set_widths([self._dock], width)

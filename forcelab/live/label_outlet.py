@@ -10,7 +10,7 @@ import numpy as np
 from forcelab.capture.lsl import lsl_clock_offset
 from forcelab.extras import load_extra
 from forcelab.labels import UNLABELLED
-from forcelab.recognition.live import LiveLabels
+from forcelab.recognition.online import LiveLabels
 from forcelab.recognition.probabilities import RATE
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import time
 from collections import deque
@@ -19,13 +20,17 @@ from forcelab.capture.recorder import Recorder
 from forcelab.capture.save import SavedRecording
 from forcelab.capture.stream_merger import StreamMerger
 from forcelab.demonstration import GAP_PERIODS, Channel
+from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED, Segment, model_author
 from forcelab.live.label_outlet import LabelOutlet
 from forcelab.project import Project
-from forcelab.recognition.live import EarlyScale, LiveLabels, OnlineRecogniser
 from forcelab.recognition.live_model import needs_live_model
+from forcelab.recognition.online import EarlyScale, LiveLabels, OnlineRecogniser
 from forcelab.recognition.probabilities import RATE, ProbabilityTrace
 from forcelab.recognition.recogniser import Recogniser
+from forcelab.text import counted
+
+log = logging.getLogger("forcelab")
 
 
 @dataclass(frozen=True)
@@ -331,7 +336,7 @@ class LiveRecognition:
 
     @property
     def begun(self) -> float:
-        """When it, or the recording it follows, began, in s of the host's monotonic clock."""
+        """When it or its recording began, in seconds of the host's monotonic clock."""
         return self._begun
 
     @property
@@ -428,6 +433,22 @@ class LiveRecognition:
             self._costs.popleft()
         since, before = self._costs[0]
         return (self._cpu - before) / (now - since) if now > since else 0.0
+
+
+def track_summary(figures: dict[str, Any]) -> str:
+    """What became of a track, by the figures that :meth:`LiveRecognition.keep` gives."""
+    segments = counted(figures["segments"], "segment")
+    labelled = 100 * figures["labelled"]
+    return f"Recognised by '{figures['author']}': {segments}, {labelled:.0f} % labelled"
+
+
+def lost_track_sentence(error: Exception) -> str:
+    """Why a recording has no track; a fault of the program is in the log besides."""
+    if isinstance(error, InputError):
+        return str(error)
+    log.error("A live track is lost.", exc_info=error)
+    fault = f"{type(error).__name__}: {error}"
+    return f"The recogniser failed ({fault}): the recording is kept without its track."
 
 
 def _finite(value: float) -> float | None:

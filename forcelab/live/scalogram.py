@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.assemble import channels_of_all
+from forcelab.capture.align import channels_of_all
 from forcelab.capture.device import Device
 from forcelab.capture.recorder import Recorder
 from forcelab.capture.stream_merger import StreamMerger

@@ -115,7 +115,7 @@ _FIT = frozenset({"classifier", "stride", "seed", "balanced", "calibrated", "tri
 
 def sharing_features(variants: Sequence[Variant]) -> list[list[Variant]]:
     """The variants in groups that share their features; every order is kept."""
-    return _grouped(variants, lambda settings: _key(settings, _AFTER | _FIT))
+    return _grouped(variants, lambda settings: _other_values(settings, _AFTER | _FIT))
 
 
 def sharing_fit(variants: Sequence[Variant]) -> list[list[Variant]]:
@@ -124,13 +124,13 @@ def sharing_fit(variants: Sequence[Variant]) -> list[list[Variant]]:
     def key(settings: Settings) -> tuple[object, ...]:
         # Only an SVM is fitted otherwise where no probabilities are needed.
         probabilities = settings.classifier == "svm" and settings.needs_probabilities
-        return *_key(settings, _AFTER), probabilities
+        return *_other_values(settings, _AFTER), probabilities
 
     return _grouped(variants, key)
 
 
-def _key(settings: Settings, without: frozenset[str]) -> tuple[str, ...]:
-    """All other values, as something to compare by."""
+def _other_values(settings: Settings, without: frozenset[str]) -> tuple[str, ...]:
+    """The values of all other settings, to compare by."""
     return tuple(repr(value) for name, value in vars(settings).items() if name not in without)
 
 
@@ -145,7 +145,7 @@ def _grouped(
 
 
 @dataclass
-class Spent:
+class VariantResult:
     """The mistakes and the CPU seconds of one variant, fold by fold."""
 
     counts: list[Counts] = field(default_factory=list)
@@ -170,12 +170,12 @@ class Prepared:
 
     @property
     def minutes(self) -> list[float]:
-        """Of signal, of each demonstration."""
+        """Minutes of signal of each demonstration."""
         return [item.demonstration.duration / 60 for item in self.labelled]
 
 
 def require_labelled(labelled: Sequence[LabelledDemonstration]) -> list[LabelledDemonstration]:
-    """Those that have a segment; `InputError` if they are fewer than two."""
+    """The demonstrations with a segment; `InputError` if they are fewer than two."""
     used = [item for item in labelled if item.segments]
     if len(used) < 2:
         raise InputError(
@@ -216,7 +216,11 @@ def median_and_spread(seconds: Sequence[float]) -> tuple[float, float]:
 
 
 def recognise(
-    recogniser: Recogniser, prepared: Prepared, i: int, actions: tuple[str, ...], spent: Spent
+    recogniser: Recogniser,
+    prepared: Prepared,
+    i: int,
+    actions: tuple[str, ...],
+    spent: VariantResult,
 ) -> None:
     """Recognise a demonstration that was left out, on the clock, and count its mistakes."""
     examples = prepared.examples[i]
@@ -230,7 +234,7 @@ def recognise(
     spent.predict.append(seconds / prepared.minutes[i])
 
 
-def row_of(name: str, setting: str, spent: Spent, size: str, reference: str) -> Row:
+def row_of(name: str, setting: str, spent: VariantResult, size: str, reference: str) -> Row:
     """The row of one way to recognise, or of what it was refused for."""
     scores = pool(size, spent.counts) if spent.counts and not spent.refusal else None
     refusal = spent.refusal
@@ -248,11 +252,11 @@ def row_of(name: str, setting: str, spent: Spent, size: str, reference: str) -> 
         seconds=seconds,
         spread=spread,
         peak_bytes=spent.peak_bytes,
-        further=_further(scores, spent),
+        further=_further_figures(scores, spent),
     )
 
 
-def _further(scores: Scores, spent: Spent) -> dict[str, float]:
+def _further_figures(scores: Scores, spent: VariantResult) -> dict[str, float]:
     """The scores and seconds beside error and time, as far as they are known."""
     figures = {
         "accuracy": scores.accuracy,
@@ -292,8 +296,8 @@ def measure_variants(
     used = require_labelled(labelled)
     parts = fold_groups([item.demonstration for item in used], folds)
     groups = sharing_features(variants)
-    watch = _Watch(variants, len(parts))
-    spent: dict[int, Spent] = {}
+    watch = _ProgressCounter(variants, len(parts))
+    spent: dict[int, VariantResult] = {}
     if current_cluster() is None:
         for alike in groups:
             found = yield from _measure_alike(alike, used, parts, watch)
@@ -312,14 +316,14 @@ def _measure_alike(
     alike: Sequence[Variant],
     labelled: Sequence[LabelledDemonstration],
     parts: Sequence[Sequence[int]],
-    watch: _Watch,
-) -> Generator[Progress, None, list[Spent]]:
+    watch: _ProgressCounter,
+) -> Generator[Progress, None, list[VariantResult]]:
     """What variants that share their features spend, one after the other."""
-    spent = {id(variant): Spent() for variant in alike}
+    spent = {id(variant): VariantResult() for variant in alike}
     try:
         prepared = yield from _compute_features(labelled, alike[0], watch)
     except InputError as error:
-        _refuse(alike, spent, error)
+        _note_refusal(alike, spent, error)
     else:
         for group in sharing_fit(alike):
             yield from _measure_folds(prepared, group, parts, spent, watch)
@@ -330,11 +334,11 @@ def _measure_alike_remotely(
     alike: Sequence[Variant],
     labelled: Sequence[LabelledDemonstration],
     parts: Sequence[Sequence[int]],
-) -> list[Spent]:
-    return finish(_measure_alike(alike, labelled, parts, _Watch(alike, len(parts))))
+) -> list[VariantResult]:
+    return finish(_measure_alike(alike, labelled, parts, _ProgressCounter(alike, len(parts))))
 
 
-class _Watch:
+class _ProgressCounter:
     """How far all of it is: a step for each fold of each fit, and one for each set of features."""
 
     def __init__(self, variants: Sequence[Variant], parts: int) -> None:
@@ -343,23 +347,25 @@ class _Watch:
         self.total = len(groups) + fits * parts
         self.done = 0
 
-    def at(self, text: str) -> Progress:
+    def progress(self, text: str) -> Progress:
         return Progress(min(self.done, self.total), self.total, text)
 
 
-def _refuse(variants: Sequence[Variant], spent: dict[int, Spent], error: InputError) -> None:
+def _note_refusal(
+    variants: Sequence[Variant], spent: dict[int, VariantResult], error: InputError
+) -> None:
     """Remember why some variants have no figures."""
     for variant in variants:
         spent[id(variant)].refusal = str(error)
 
 
 def _compute_features(
-    labelled: Sequence[LabelledDemonstration], variant: Variant, watch: _Watch
+    labelled: Sequence[LabelledDemonstration], variant: Variant, watch: _ProgressCounter
 ) -> Generator[Progress, None, Prepared]:
     """Compute the features of all demonstrations, each on the clock."""
     settings, text = variant.settings, f"{variant.name} {variant.setting}: features"
     rate = common_rate([item.demonstration for item in labelled], settings)
-    yield watch.at(text)
+    yield watch.progress(text)
     # Untimed, as counting memory takes time; it also loads and plans what the others then find.
     _, peak = measure_peak(lambda: prepare_examples(labelled[0], settings, rate))
     examples, seconds = [], []
@@ -367,7 +373,7 @@ def _compute_features(
         prepared, duration = measure_seconds(partial(prepare_examples, item, settings, rate))
         examples.append(prepared)
         seconds.append(duration)
-        yield watch.at(text)
+        yield watch.progress(text)
     watch.done += 1
     return Prepared(labelled, examples, seconds, peak)
 
@@ -376,8 +382,8 @@ def _measure_folds(
     prepared: Prepared,
     group: Sequence[Variant],
     parts: Sequence[Sequence[int]],
-    spent: dict[int, Spent],
-    watch: _Watch,
+    spent: dict[int, VariantResult],
+    watch: _ProgressCounter,
 ) -> Generator[Progress, None, None]:
     """Fit what a group of variants shares, then recognise the left-out ones by each of them."""
     actions = actions_of(prepared.examples)
@@ -400,15 +406,15 @@ def _measure_folds(
                 result.trained += sum(m for i, m in enumerate(prepared.minutes) if i not in part)
                 for i in part:
                     recognise(own, prepared, i, actions, result)
-                    yield watch.at(text)
+                    yield watch.progress(text)
             watch.done += 1
     except InputError as error:
-        _refuse(group, spent, error)
+        _note_refusal(group, spent, error)
     watch.done = ended
 
 
 def _fit(
-    train: Sequence[Examples], variant: Variant, watch: _Watch, text: str
+    train: Sequence[Examples], variant: Variant, watch: _ProgressCounter, text: str
 ) -> Generator[Progress, None, tuple[Recogniser, float]]:
     """A recogniser and the CPU seconds of its fit, without those of the receiver of progress."""
     job = fit_examples(train, variant.settings)
@@ -422,7 +428,7 @@ def _fit(
                 recogniser: Recogniser = end.value
                 return recogniser, grown + time.process_time() - began
             grown += time.process_time() - began
-            yield watch.at(text)
+            yield watch.progress(text)
     finally:
         job.close()
 
@@ -517,7 +523,7 @@ class Measured:
     rows: tuple[Row, ...]
 
     def place_of(self, settings: Settings) -> int | None:
-        """Which row is of these settings; None where they were not measured."""
+        """The number of the row of some settings; None where they were not measured."""
         matches = (i for i, v in enumerate(self.variants) if same_method(v.settings, settings))
         return next(matches, None)
 

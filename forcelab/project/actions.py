@@ -21,7 +21,7 @@ from forcelab.project.coding import CodingStore
 from forcelab.project.database import Database, content_errors
 from forcelab.project.records import segments_from_text, utc_now
 from forcelab.project.tracks import NUMBER, RENAMED, TrackStore
-from forcelab.text import counted, listed, natural_order, unknown_word
+from forcelab.text import counted, listed, natural_order, task_text, unknown_word
 from forcelab.vocabulary import MOST_ACTIONS, Action, Vocabulary, joined
 
 #: A sentence names so many tasks or coders, and only counts further ones.
@@ -65,7 +65,7 @@ class ActionRename:
     def sentences(self, *, done: bool) -> str:
         """What changes, or has changed, and what stays, for people."""
         text = f"'{self.old}' {'is now' if done else 'becomes'} '{self.new}'"
-        where = listed([task or "no task" for task in self.tasks], MOST_NAMED)
+        where = listed([task_text(task) for task in self.tasks], MOST_NAMED)
         if self.segments:
             segments = counted(sum(self.segments.values()), "segment")
             number = counted(len(self.segments), "demonstration")
@@ -117,7 +117,7 @@ class ActionStore:
         rows = self._db.all("SELECT task, actions FROM vocabulary ORDER BY task")
         vocabularies = {}
         for row in rows:
-            with content_errors(f"The list of actions of {row['task'] or 'no task'}"):
+            with content_errors(f"The list of actions of {task_text(row['task'])}"):
                 vocabularies[row["task"]] = Vocabulary.from_json(json.loads(row["actions"]))
         return vocabularies
 
@@ -173,7 +173,7 @@ class ActionStore:
     def _write(self, task: str, vocabulary: Vocabulary) -> None:
         if len(vocabulary) > MOST_ACTIONS:  # which would not be read again
             raise InputError(
-                f"A task has up to {MOST_ACTIONS:,} actions, and {task or 'no task'} would have "
+                f"A task has up to {MOST_ACTIONS:,} actions, and {task_text(task)} would have "
                 f"{len(vocabulary):,}; check that these are actions and not remarks."
             )
         self._db.execute(
@@ -332,13 +332,13 @@ class ActionStore:
         )
         if any(row["author"] == author or row["demonstration"] not in hidden for row in rows):
             raise InputError(
-                f"There are segments of '{action}' in demonstrations of {task or 'no task'}; "
+                f"There are segments of '{action}' in demonstrations of {task_text(task)}; "
                 "rename it to the action they should be, or delete those."
             )
         if task in self._coding.blind_tasks(author):
             raise InputError(
                 f"'{action}' stays in the list, as others may use it: {author} codes "
-                f"demonstrations of {task or 'no task'} blind. It can be removed once those are "
+                f"demonstrations of {task_text(task)} blind. It can be removed once those are "
                 "done."
             )
 

@@ -367,8 +367,8 @@ class DemonstrationStore:
                 demonstration,
             ):
                 raise InputError(
-                    f"'{row['name']}' was not renamed, as another demonstration of task "
-                    f"'{row['task']}' is called '{name}'; choose another name."
+                    f"'{row['name']}' was not renamed, as another demonstration of "
+                    f"{_task_phrase(row['task'])} is called '{name}'; choose another name."
                 )
             self._db.execute("UPDATE demonstration SET name = ? WHERE id = ?", name, demonstration)
 
@@ -465,7 +465,7 @@ class DemonstrationStore:
         return self._labelled_since(id_, heads)
 
     def _labelled_since(self, id_: str, heads: Mapping[str, int]) -> str:
-        """Says so if a coder has labelled since the tracks had these heads; empty otherwise."""
+        """That a coder has labelled since the tracks had these heads, in words; empty if not."""
         rows = self._db.all(
             "SELECT track.id, author.name FROM track JOIN author ON author.id = track.author "
             "WHERE demonstration = ? AND kind = 'coder'",
@@ -624,8 +624,8 @@ class _Addition:
             )
             if (old["name"], old["task"]) != (self.name, task):
                 self.remarks.append(
-                    f"The same recording was already in the project as '{old['name']}' of task "
-                    f"'{old['task']}'; it is now '{self.name}' of task '{task}'."
+                    f"The same recording was already in the project as '{old['name']}' of "
+                    f"{_task_phrase(old['task'])}; it is now '{self.name}' of {_task_phrase(task)}."
                 )
 
     def _write_track(self, track: Track) -> None:
@@ -671,8 +671,8 @@ class _Addition:
             self.remarks.append(remark.format(name))
         else:
             self.remarks.append(
-                f"Another recording of task '{task}' is called '{own_name}'; this one is now "
-                f"'{name}'."
+                f"Another recording of {_task_phrase(task)} is called '{own_name}'; this one is "
+                f"now '{name}'."
             )
         return name
 
@@ -711,6 +711,10 @@ class _Addition:
             for i, c in enumerate(new.channels)
             if c.name in stored
         )
+
+
+def _task_phrase(task: str) -> str:
+    return f"task '{task}'" if task else "no task"
 
 
 def _file_name(name: str) -> str:

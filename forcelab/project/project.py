@@ -22,7 +22,7 @@ from forcelab.project.media import MediaStore
 from forcelab.project.records import DemonstrationInfo
 from forcelab.project.runs import RunStore
 from forcelab.project.tracks import TrackStore
-from forcelab.text import counted
+from forcelab.text import counted, task_text
 
 #: Seconds to wait while another process writes.
 BUSY_TIMEOUT = 5.0
@@ -210,7 +210,7 @@ class Project:
             coders = Counter(coder for info in of_task for coder in _coders(info))
             labelled = ", ".join(f"{coder} ({number})" for coder, number in coders.items())
             minutes = sum(info.duration for info in of_task) / 60
-            rows.append([task or "no task", len(of_task), f"{minutes:.1f}", labelled])
+            rows.append([task_text(task), len(of_task), f"{minutes:.1f}", labelled])
         title = html_title(self.path.stem, counted(runs, "run"))
         return title + html_table(["task", "demonstrations", "minutes", "labelled by"], rows)
 

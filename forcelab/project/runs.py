@@ -335,7 +335,7 @@ class RunStore:
         return sizes
 
     def existing_labels(self, labels: Iterable[LabelsUsed]) -> tuple[LabelsUsed, ...]:
-        """Those of some labels whose demonstrations have not been removed meanwhile.
+        """The labels whose demonstrations have not been removed meanwhile.
 
         What took minutes to compute from the others is worth storing.
         """

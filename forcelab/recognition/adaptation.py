@@ -10,7 +10,7 @@ they keep what tells one from the other, are
 * the *assignment of sensors*: of each permutation the likelihood of the channels' relative sizes
   and correlations, under independent Student distributions around the medians of the training
   demonstrations, as wide as their spread and what calibration may be off. Sensors count as swapped
-  only where that is :data:`MARGIN` more likely, in logarithm per demonstration.
+  only where that is :data:`LEAST_LOG_RATIO` more likely, in logarithm per demonstration.
 """
 
 from __future__ import annotations
@@ -33,21 +33,21 @@ Real = NDArray[np.float64]
 
 #: Logarithm of how much likelier an assignment must be than that of the names, per demonstration:
 #: some seven times, as swapping what is right costs far more than leaving what is wrong.
-MARGIN = 2.0
+LEAST_LOG_RATIO = 2.0
 #: Degrees of freedom of the Student distributions: one odd demonstration must not decide. Few are
 #: too few to fit them; 4 as in Lange, Little and Taylor, "Robust statistical modeling using the t
 #: distribution", JASA 84, 1989.
-FREEDOM = 4.0
+DEGREES_OF_FREEDOM = 4.0
 #: Standard deviation of a size's logarithm by calibration (a quarter of a force), and of Fisher's z
 #: of a correlation by circumstances: assumed, so that few and alike demonstrations of training do
 #: not make everything else look impossible.
-CALIBRATION, CIRCUMSTANCES = 0.25, 0.4
+CALIBRATION_SPREAD, CORRELATION_SPREAD = 0.25, 0.4
 #: A channel that would need more than this factor is dead, and stays as it is: neither persons nor
 #: calibrations differ by as much, and its noise would be made a force.
-LARGEST = 20.0
+LARGEST_GAIN = 20.0
 #: With more sensors than this the names are believed: 5 have 120 assignments, of which one or the
 #: other looks likelier by chance.
-SENSORS = 4
+MOST_SENSORS = 4
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class Adaptation:
 
 
 @dataclass(frozen=True)
-class _Look:
+class _Summary:
     """Rest, sizes and correlations of one demonstration's channels."""
 
     recorded: tuple[str, ...]
@@ -113,15 +113,15 @@ class _Look:
     parts: Mapping[str, tuple[str, ...]]
     rest: Real  # (u,)
     size: Real  # (q,), above 0
-    related: Real  # (q, q), Fisher's z of the correlations
+    correlations: Real  # (q, q), Fisher's z of the correlations
 
 
 def estimate_adaptation(
     train: Sequence[LabelledDemonstration], test: Sequence[LabelledDemonstration]
 ) -> Adaptation:
     """Match test demonstrations to training ones, at least one of each; labels play no part."""
-    train_summaries = [_look(item.demonstration) for item in train]
-    test_summaries = [_look(item.demonstration) for item in test]
+    train_summaries = [_summarise_channels(item.demonstration) for item in train]
+    test_summaries = [_summarise_channels(item.demonstration) for item in test]
     first = train_summaries[0]
     for summary, item in zip([*train_summaries, *test_summaries], [*train, *test], strict=True):
         if summary.channels != first.channels or summary.recorded != first.recorded:
@@ -130,15 +130,15 @@ def estimate_adaptation(
                 f"'{train[0].demonstration.name}' has {', '.join(first.recorded)}; adapt "
                 f"demonstrations with the same channels."
             )
-    order, swapped, likelier = _assigned(train_summaries, test_summaries)
-    rest = _middle([summary.rest for summary in train_summaries])
-    rests = _middle([summary.rest for summary in test_summaries])
-    sizes = np.exp(_middle([np.log(summary.size) for summary in train_summaries]))
-    others = np.exp(_middle([np.log(summary.size) for summary in test_summaries]))[order]
+    order, swapped, log_ratio = _assign_sensors(train_summaries, test_summaries)
+    rest = _column_medians([summary.rest for summary in train_summaries])
+    rests = _column_medians([summary.rest for summary in test_summaries])
+    sizes = np.exp(_column_medians([np.log(summary.size) for summary in train_summaries]))
+    others = np.exp(_column_medians([np.log(summary.size) for summary in test_summaries]))[order]
     sources, gain = {}, {}
     for i, channel in enumerate(first.channels):
         factor = float(sizes[i] / others[i])
-        plausible = 1 / LARGEST <= factor <= LARGEST
+        plausible = 1 / LARGEST_GAIN <= factor <= LARGEST_GAIN
         sources_used = first.parts[first.channels[order[i]]]
         for name, source in zip(first.parts[channel], sources_used, strict=True):
             sources[name], gain[name] = source, factor if plausible else 1.0
@@ -148,16 +148,16 @@ def estimate_adaptation(
         dict(zip(first.recorded, rest.tolist(), strict=True)),
         gain,
         swapped,
-        likelier,
+        log_ratio,
     )
 
 
-def _middle(rows: Sequence[Real]) -> Real:
+def _column_medians(rows: Sequence[Real]) -> Real:
     """The median of each column."""
     return np.asarray(np.median(np.stack(rows), axis=0))
 
 
-def _look(demonstration: Demonstration) -> _Look:
+def _summarise_channels(demonstration: Demonstration) -> _Summary:
     names = [channel.name for channel in demonstration.channels]
     channels = channel_map(demonstration.channels)
     grid = on_grid(demonstration, None, channels.recorded)
@@ -171,7 +171,7 @@ def _look(demonstration: Demonstration) -> _Look:
     ready -= ready.mean(axis=1, keepdims=True)
     lengths = np.sqrt((ready**2).sum(axis=1))
     together = ready @ ready.T / np.maximum(np.outer(lengths, lengths), 1e-300)
-    return _Look(
+    return _Summary(
         recorded,
         channels.names,
         {
@@ -184,19 +184,19 @@ def _look(demonstration: Demonstration) -> _Look:
     )
 
 
-def _assigned(
-    train: Sequence[_Look], test: Sequence[_Look]
+def _assign_sensors(
+    train: Sequence[_Summary], test: Sequence[_Summary]
 ) -> tuple[NDArray[np.int64], tuple[tuple[str, str], ...], float]:
     """The best assignment of sensors: channel order, swapped pairs, log likelihood ratio."""
     channels = train[0].channels
     same = np.arange(len(channels))
     sensors = _sensors(channels)
     weakest = [
-        np.exp(_middle([np.log(summary.size) for summary in group])).min()
+        np.exp(_column_medians([np.log(summary.size) for summary in group])).min()
         for group in (train, test)
     ]
     # A dead channel makes its sensor look like the weaker one.
-    if not 2 <= len(sensors) <= SENSORS or LARGEST * weakest[1] < weakest[0]:
+    if not 2 <= len(sensors) <= MOST_SENSORS or LARGEST_GAIN * weakest[1] < weakest[0]:
         return same, (), -np.inf
     baseline = _likelihood(train, test, same)
     best, swaps, gain = same, tuple(sensors), -np.inf
@@ -209,7 +209,7 @@ def _assigned(
         likelihood_gain = _likelihood(train, test, order) - baseline
         if likelihood_gain > gain:
             best, swaps, gain = order, turn, likelihood_gain
-    if gain < MARGIN:
+    if gain < LEAST_LOG_RATIO:
         return same, (), gain
     pairs = zip(sensors, swaps, strict=True)
     return (
@@ -230,21 +230,23 @@ def _sensors(channels: Sequence[str]) -> dict[str, tuple[int, int]]:
     return sensors
 
 
-def _likelihood(train: Sequence[_Look], test: Sequence[_Look], order: NDArray[np.int64]) -> float:
+def _likelihood(
+    train: Sequence[_Summary], test: Sequence[_Summary], order: NDArray[np.int64]
+) -> float:
     """Log likelihood of an assignment, per demonstration and up to a constant."""
     same = np.arange(len(order))
-    train_signatures = np.stack([_sensor_signature(look, same) for look in train])
-    test_signatures = np.stack([_sensor_signature(look, order) for look in test])
+    train_signatures = np.stack([_sensor_signature(summary, same) for summary in train])
+    test_signatures = np.stack([_sensor_signature(summary, order) for summary in test])
     q = len(order)
-    slack = np.repeat([CALIBRATION, CIRCUMSTANCES], [q, q * (q - 1) // 2])
+    slack = np.repeat([CALIBRATION_SPREAD, CORRELATION_SPREAD], [q, q * (q - 1) // 2])
     width = np.sqrt(train_signatures.var(axis=0) + slack**2)
     off = (test_signatures - np.median(train_signatures, axis=0)) / width
-    logs = -0.5 * (FREEDOM + 1) * np.log1p(off**2 / FREEDOM)
+    logs = -0.5 * (DEGREES_OF_FREEDOM + 1) * np.log1p(off**2 / DEGREES_OF_FREEDOM)
     return float(logs.sum(axis=1).mean())
 
 
-def _sensor_signature(look: _Look, order: NDArray[np.int64]) -> Real:
+def _sensor_signature(summary: _Summary, order: NDArray[np.int64]) -> Real:
     """What distinguishes sensors: relative sizes of the channels, and their correlations."""
-    sizes = np.log(look.size[order])
-    related = look.related[np.ix_(order, order)]
-    return np.concatenate([sizes - sizes.mean(), related[np.triu_indices(len(order), 1)]])
+    sizes = np.log(summary.size[order])
+    correlations = summary.correlations[np.ix_(order, order)]
+    return np.concatenate([sizes - sizes.mean(), correlations[np.triu_indices(len(order), 1)]])

@@ -23,45 +23,45 @@ Real = NDArray[np.floating]
 
 #: Signals are compared at so many steps a second, after a median filter of so many steps, which
 #: takes out glitches, and a Gaussian of so many seconds.
-RATE, MEDIAN, SMOOTHING = 50.0, 5, 0.05
+STEP_RATE, MEDIAN_STEPS, SMOOTHING = 50.0, 5, 0.05
 #: Changes count up to so many times what nine tenths of a channel's stay below: no jolt outweighs
 #: the rest.
-JOLT = 3.0
+MOST_CHANGE = 3.0
 #: A channel with fewer values than this is not compared, as one that was rounded so much says
 #: little; nor is one that changes ever by the same but for this share, such as a counter.
-VALUES, STEADY = 16, 0.05
+FEWEST_VALUES, STEADY_SHARE = 16, 0.05
 #: Copies share so many seconds at least, and this share of the shorter one.
-COMMON, SHARE = 2.0, 0.5
+SHORTEST_OVERLAP, OVERLAP_SHARE = 2.0, 0.5
 #: A first look at all pairs is at every so many-th step, smoothed by so many seconds more. Those of
 #: which it explains less than this share, or that are less alike there, are not looked at again.
-EVERY, BLUR, EXPLAINED, PROMISING = 5, 0.1, 0.6, 0.8
+COARSE_STEP, COARSE_SMOOTHING, LEAST_EXPLAINED, LEAST_COARSE_LIKENESS = 5, 0.1, 0.6, 0.8
 #: Likeness from which two recordings are one. No two of the paper's reach 0.70, of sixty simulated
 #: ones of a task 0.90, and of forty that shake at a steady 2 Hz 0.971. Of the paper's, copies that
 #: were rounded to 0.1 N, cropped by 0.1 to 0.5 s, scaled or resampled reach 0.985.
-ALIKE = 0.975
+LEAST_LIKENESS = 0.975
 #: The same where fewer than so many channels are compared: one simulated force alone is alike by
 #: up to 0.991.
-FEW, ALIKE_BY_FEW = 3, 0.995
+FEW_CHANNELS, LEAST_LIKENESS_OF_FEW = 3, 0.995
 #: So many answers are remembered, as an evaluation asks several times.
-REMEMBERED = 16
+CACHE_SIZE = 16
 
-_found: dict[tuple[str, ...], list[list[int]]] = {}  # by the ids of the demonstrations
+_cache: dict[tuple[str, ...], list[list[int]]] = {}  # by the ids of the demonstrations
 
 
 def find_copies(demonstrations: Sequence[Demonstration]) -> list[list[int]]:
     """Indices of the demonstrations of each recording, usually one, in order."""
     ids = tuple(demonstration.id for demonstration in demonstrations)
-    if ids not in _found:
-        while len(_found) >= REMEMBERED:
-            del _found[next(iter(_found))]
+    if ids not in _cache:
+        while len(_cache) >= CACHE_SIZE:
+            del _cache[next(iter(_cache))]
         groups = find_equal(demonstrations)
         firsts = [demonstrations[group[0]] for group in groups]
         for i, j in _near_copies(firsts):
             if groups[i] is not groups[j]:
                 joined, other = groups[i] + groups[j], (groups[i], groups[j])
                 groups = [joined if any(group is o for o in other) else group for group in groups]
-        _found[ids] = sorted(map(sorted, {id(group): group for group in groups}.values()))
-    return _found[ids]
+        _cache[ids] = sorted(map(sorted, {id(group): group for group in groups}.values()))
+    return _cache[ids]
 
 
 def find_equal(demonstrations: Sequence[Demonstration]) -> list[list[int]]:
@@ -78,7 +78,7 @@ def find_equal(demonstrations: Sequence[Demonstration]) -> list[list[int]]:
 
 def _near_copies(demonstrations: Sequence[Demonstration]) -> Iterator[tuple[int, int]]:
     """Indices of each two demonstrations that are nearly the same recording."""
-    long = [i for i, d in enumerate(demonstrations) if d.duration >= COMMON]
+    long = [i for i, d in enumerate(demonstrations) if d.duration >= SHORTEST_OVERLAP]
     channels = {i: [channel.name for channel in demonstrations[i].channels] for i in long}
     shared = set.intersection(*map(set, channels.values())) if len(long) > 1 else set()
     if not shared:
@@ -92,7 +92,7 @@ def _near_copies(demonstrations: Sequence[Demonstration]) -> Iterator[tuple[int,
     )
     for i, j in promising_pairs(movements):
         compared = movements[i].any(axis=1) & movements[j].any(axis=1)
-        least = ALIKE if compared.sum() >= FEW else ALIKE_BY_FEW
+        least = LEAST_LIKENESS if compared.sum() >= FEW_CHANNELS else LEAST_LIKENESS_OF_FEW
         if likeness(movements[i], movements[j]) >= least:
             yield long[i], long[j]
 
@@ -103,34 +103,38 @@ def measure_movements(signals: Sequence[Real], times: Sequence[Real]) -> list[Re
     `signals` (n, c), `times` (n,). In units of what is usual for the channel; 0 throughout where a
     recording's is not to be compared.
     """
-    movements = [_movement(*recording) for recording in zip(signals, times, strict=True)]
-    usual = np.array([_usual(movement) for movement in movements])
+    movements = [_measure_movement(*recording) for recording in zip(signals, times, strict=True)]
+    usual = np.array([_usual_change(movement) for movement in movements])
     units = [np.median(each[each > 0]) if each.any() else 1.0 for each in usual.T]
-    return [np.clip(m / np.array(units)[:, np.newaxis], -JOLT, JOLT) for m in movements]
+    return [
+        np.clip(m / np.array(units)[:, np.newaxis], -MOST_CHANGE, MOST_CHANGE) for m in movements
+    ]
 
 
-def _movement(signals: Real, times: Real) -> Real:
+def _measure_movement(signals: Real, times: Real) -> Real:
     """The changes of one recording's channels, in their units."""
     from scipy.ndimage import gaussian_filter1d, median_filter  # takes long to load
 
     # A long gap is no movement.
-    steps = np.rint(np.cumsum(np.minimum(np.diff(times, prepend=times[:1]), 1.0)) * RATE)
+    steps = np.rint(np.cumsum(np.minimum(np.diff(times, prepend=times[:1]), 1.0)) * STEP_RATE)
     steps = steps.astype(np.int64)
     counts = np.bincount(steps)
     seen, every = np.flatnonzero(counts), np.arange(len(counts))
     rows = np.zeros((signals.shape[1], len(counts)))
     for row, signal in zip(rows, signals.T, strict=True):
         recorded = bridge(readings(signal))
-        if len(np.unique(recorded[:: max(1, len(recorded) // 500)])) >= VALUES:
+        if len(np.unique(recorded[:: max(1, len(recorded) // 500)])) >= FEWEST_VALUES:
             row[:] = np.interp(every, seen, np.bincount(steps, recorded)[seen] / counts[seen])
-    rows = gaussian_filter1d(median_filter(rows, size=(1, MEDIAN)), SMOOTHING * RATE, axis=1)
+    rows = gaussian_filter1d(
+        median_filter(rows, size=(1, MEDIAN_STEPS)), SMOOTHING * STEP_RATE, axis=1
+    )
     changes = np.diff(rows, axis=1)
     trend = changes.mean(axis=1, keepdims=True)
-    changes[_usual(changes - trend) <= STEADY * np.abs(trend[:, 0])] = 0
+    changes[_usual_change(changes - trend) <= STEADY_SHARE * np.abs(trend[:, 0])] = 0
     return changes
 
 
-def _usual(changes: Real) -> Real:
+def _usual_change(changes: Real) -> Real:
     """What nine tenths of each channel's changes stay below, (c,)."""
     place = int(0.9 * (changes.shape[1] - 1))
     return np.partition(np.abs(changes), place, axis=1)[:, place]
@@ -141,7 +145,10 @@ def promising_pairs(movements: Sequence[Real]) -> Iterator[tuple[int, int]]:
     from scipy.fft import irfft, next_fast_len, rfft  # takes long to load
     from scipy.ndimage import gaussian_filter1d
 
-    coarse = [gaussian_filter1d(m, BLUR * RATE, axis=1)[:, ::EVERY] for m in movements]
+    coarse = [
+        gaussian_filter1d(m, COARSE_SMOOTHING * STEP_RATE, axis=1)[:, ::COARSE_STEP]
+        for m in movements
+    ]
     n = max(row.shape[1] for row in coarse)
     rows = np.zeros((len(coarse), len(coarse[0]), n), dtype=np.float32)
     for padded, row in zip(rows, coarse, strict=True):
@@ -152,7 +159,7 @@ def promising_pairs(movements: Sequence[Real]) -> Iterator[tuple[int, int]]:
         products = irfft(np.einsum("jcf,cf->jf", spectra[i + 1 :], spectra[i].conj()), size)
         best = products.argmax(axis=1)
         explained = products[np.arange(len(best)), best]
-        may = explained > EXPLAINED * np.minimum(energies[i], energies[i + 1 :])
+        may = explained > LEAST_EXPLAINED * np.minimum(energies[i], energies[i + 1 :])
         others, shifts = np.flatnonzero(may) + i + 1, best[may] - np.where(best[may] >= n, size, 0)
         places = np.arange(n) - shifts[:, np.newaxis]  # of the first recording, in the others'
         lengths = np.array([coarse[j].shape[1] for j in others.tolist()])
@@ -160,7 +167,7 @@ def promising_pairs(movements: Sequence[Real]) -> Iterator[tuple[int, int]]:
         inside &= np.arange(n) < lengths[:, np.newaxis]
         first = rows[i][:, np.clip(places, 0, n - 1)].swapaxes(0, 1) * inside[:, np.newaxis]
         alike = _least_alike(first, rows[others] * inside[:, np.newaxis])
-        for j in others[alike >= PROMISING].tolist():
+        for j in others[alike >= LEAST_COARSE_LIKENESS].tolist():
             yield i, j
 
 
@@ -194,7 +201,7 @@ def likeness(first: Real, second: Real) -> float:
     bend = before - 2 * at + after
     shift = best - (size if best >= m else 0) + (0.5 * (before - after) / bend if bend < 0 else 0)
     common = np.arange(max(int(np.ceil(shift)), 0), min(m, int(n + shift)))
-    if len(common) < max(SHARE * n, COMMON * RATE):
+    if len(common) < max(OVERLAP_SHARE * n, SHORTEST_OVERLAP * STEP_RATE):
         return 0.0
     shifted = np.stack([np.interp(common - shift, np.arange(n), row) for row in short])
     return float(_least_alike(shifted, long[:, common]))

@@ -10,19 +10,16 @@ from collections.abc import Generator, Iterable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import pairwise
 from time import perf_counter
 
 import numpy as np
 
 from forcelab.cluster import current_cluster
-from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish, job
 from forcelab.labels import UNLABELLED, to_codes
 from forcelab.parallel import run_job, share_work
 from forcelab.recognition.adaptation import estimate_adaptation
-from forcelab.recognition.copies import find_copies
 from forcelab.recognition.examples import (
     Examples,
     LabelledDemonstration,
@@ -31,16 +28,23 @@ from forcelab.recognition.examples import (
     prepare_examples,
 )
 from forcelab.recognition.groups import fold_groups
-from forcelab.recognition.hsmm import bridged_runs, bridged_steps
 from forcelab.recognition.label_noise import DroppedSegment, dropped_remarks
-from forcelab.recognition.live import LiveLabels, check_latency, recognise_with_latency
-from forcelab.recognition.metrics import pool
+from forcelab.recognition.online import LiveLabels, check_latency, recognise_with_latency
 from forcelab.recognition.probabilities import Reliability
 from forcelab.recognition.recogniser import Prediction, Recogniser
+from forcelab.recognition.remarks import (
+    added_remarks,
+    bridged_remarks,
+    copy_remarks,
+    group_remarks,
+    settings_remarks,
+    trained_on_remarks,
+    unlearnable_remarks,
+)
 from forcelab.recognition.results import Evaluation, HeldOutPrediction, empty_prediction_remarks
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import Known, fit_examples, prepare_all, training_job
-from forcelab.text import counted, there_are
+from forcelab.text import there_are
 
 
 @dataclass(frozen=True)
@@ -157,125 +161,6 @@ def select_labelled(
     return used, (f"{without} {what} left out.",)
 
 
-def copy_remarks(
-    labelled: Sequence[LabelledDemonstration], parts: Sequence[Sequence[int]]
-) -> tuple[str, ...]:
-    """A remark on recordings that occur more than once, or nearly so."""
-    every = [item.demonstration for item in labelled]
-    remarks = []
-    for same in find_copies(every):
-        if len(same) > 1:
-            together = any(set(same) <= set(part) for part in parts)
-            outcome = "left out together" if together else "tested by recognisers that had seen it"
-            remarks.append(
-                f"{' and '.join(every[i].name for i in same)} hold "
-                f"{_same_recording([every[i] for i in same])}, so that they were {outcome}; remove "
-                f"all but one."
-            )
-    return tuple(remarks)
-
-
-def _same_recording(copies: Sequence[Demonstration]) -> str:
-    first, *others = (np.asarray(copy.signals) for copy in copies)
-    equal = all(np.array_equal(first, other, equal_nan=True) for other in others)
-    return "the same recording" if equal else "nearly the same recording"
-
-
-def group_remarks(parts: Sequence[Sequence[int]]) -> tuple[str, ...]:
-    """A remark on demonstrations that were left out together."""
-    most = max(map(len, parts))
-    return (f"Left out in {len(parts)} groups of up to {most}.",) if most > 1 else ()
-
-
-def unlearnable_remarks(
-    examples: Sequence[Examples], parts: Sequence[Sequence[int]]
-) -> tuple[str, ...]:
-    """A remark on actions of a single demonstration or group, which no other can teach."""
-    homes: dict[str, dict[int, str]] = {}  # by action, the first demonstration of each group
-    always_trained_on = range(sum(map(len, parts)), len(examples))
-    for number, group in enumerate([*parts, always_trained_on]):
-        for i in group:
-            for action in actions_of([examples[i]]):
-                homes.setdefault(action, {}).setdefault(number, examples[i].name)
-    lonely = {action: next(iter(of.values())) for action, of in homes.items() if len(of) < 2}
-    if not lonely:
-        return ()
-    what = "group" if max(map(len, parts)) > 1 else "demonstration"
-    actions = ", ".join(f"{action} (only in {name})" for action, name in lonely.items())
-    return (f"Cannot be recognised when its only {what} is left out: {actions}.",)
-
-
-#: A largest scale that lasts fewer seconds sees little of an action. In the paper's recordings it
-#: lasts 1.0 s; of the stylus at 10 kHz, where that is 0.1 s, preset paper gets 27 % right, and
-#: released, where it is 0.4 s, 71 % instead of 76. A running median that lasts longer takes out
-#: actions: that of released lasts 0.1 s in those recordings; of foam at 100, 50 and 20 Hz, where
-#: that is 1 to 5 s, it gets 90, 87 and 63 % right instead of 96, and at 20 Hz put onto a grid of
-#: 1000 Hz 94.
-LEAST_SECONDS = 0.5
-
-
-def settings_remarks(
-    labelled: Sequence[LabelledDemonstration], rate: float, settings: Settings
-) -> tuple[str, ...]:
-    """Remarks on rates that differ, and on scales and filters that are too short or too long.
-
-    `rate`: samples a second of the grid.
-    """
-    remarks = []
-    demonstrations = [item.demonstration for item in labelled]
-    rates = sorted(demonstration.rate for demonstration in demonstrations)
-    if rates[-1] > 1.01 * rates[0]:
-        remarks.append(
-            f"Recorded at {rates[0]:.6g} to {rates[-1]:.6g} Hz, recognised at {rate:.6g} Hz."
-        )
-    widest = settings.max_scale / rate
-    if "wavelets" in settings.known_features and widest < LEAST_SECONDS:
-        remarks.append(
-            f"At {rate:g} Hz the largest scale, {settings.max_scale:g} samples, lasts "
-            f"{widest:.2g} s only and sees little of an action, so expect poorer labels; use "
-            f"a larger one, or a lower rate."
-        )
-    if settings.median is not None and not settings.decodes:
-        lasting = settings.median / rate
-        if lasting > LEAST_SECONDS:
-            remarks.append(
-                f"At {rate:g} Hz the running median, {settings.median} samples, lasts "
-                f"{lasting:.2g} s and takes out shorter actions, so expect poorer labels; use a "
-                f"narrower one, or a higher rate."
-            )
-    # At 20, 50, 100, 1000 and 10,000 Hz the stylus' accuracy is 82.4, 81.7, 82.8, 84.2 and 83.8 by
-    # preset fast; 82.9, 84.0, 84.2 and 83.2 by best, without the last.
-    if settings.known_features == "windows" and settings.windows[0] * rate < 0.9:
-        remarks.append(
-            f"At {rate:g} Hz the shortest window, {settings.windows[0]:g} s, holds less than a "
-            f"sample: expect up to three points less accuracy than at 1000 Hz."
-        )
-    short = [d.name for d in demonstrations if round(d.duration * rate) < settings.max_scale]
-    if short and "wavelets" in settings.known_features:
-        remarks.append(
-            f"The largest scale, {settings.max_scale:g} samples, is longer than {short[0]}"
-            + (f" and {len(short) - 1} more" if len(short) > 1 else "")
-            + ": there it sees held end values more than forces, which tells the place in a "
-            "recording and need not carry over to another task; use a smaller one, or a higher "
-            "rate."
-        )
-    return tuple(remarks)
-
-
-def bridged_remarks(examples: Sequence[Examples], settings: Settings) -> tuple[str, ...]:
-    """A remark on gaps in tested demonstrations that the decoder looked through."""
-    step = settings.hop(examples[0].rate) / examples[0].rate
-    runs = (bridged_runs(example.valid, 0) for example in examples)
-    gaps = [after - before for own in runs for (_, before), (after, _) in pairwise(own)]
-    short = [gap for gap in gaps if gap <= bridged_steps(step)]
-    if not (settings.decodes and short):
-        return ()
-    return (
-        f"Decoded as time of which nothing is known, and left unlabelled: "
-        f"{counted(len(short), 'gap')} of up to {max(short) * step:.2g} s.",
-    )
-
-
 EvaluationJob = Generator[Progress, None, Evaluation]
 
 
@@ -379,24 +264,6 @@ def leave_one_out_job(
             *bridged_remarks(examples[: len(used)], settings),
             *empty_prediction_remarks(tested, settings, examples[0].rate),
         ),
-    )
-
-
-def added_remarks(
-    tested: Sequence[HeldOutPrediction], added: Sequence[LabelledDemonstration]
-) -> tuple[str, ...]:
-    """A remark on what another coder's labels add to the coder's own, or take away."""
-    if not added:
-        return ()
-    both, alone = (
-        pool("", [prediction.counts(kind) for prediction in tested]).accuracy or 0.0
-        for kind in ("filtered", "alone")
-    )
-    hurt = " They hurt here: leave them out, or merge actions that are coded otherwise."
-    return (
-        f"Also learnt from {counted(len(added), 'demonstration')} that another coder labelled: "
-        f"{100 * both:.1f} % right, with the own labels alone {100 * alone:.1f} %."
-        + (hurt if both < alone else ""),
     )
 
 
@@ -548,27 +415,11 @@ def train_and_test_job(
         trained_on=ids,
         seconds=seconds,
         remarks=remarks
-        + _trained_on_remarks(train_items, tested_items)
+        + trained_on_remarks(train_items, tested_items)
         + dropped_remarks(recogniser.dropped)
         + settings_remarks([*train_items, *tested_items], recogniser.rate, settings)
         + bridged_remarks(examples[len(train_items) :], settings)
         + empty_prediction_remarks(tested, settings, recogniser.rate),
-    )
-
-
-def _trained_on_remarks(
-    train: Sequence[LabelledDemonstration], test: Sequence[LabelledDemonstration]
-) -> tuple[str, ...]:
-    """A remark on recordings that are trained on under one name and tested under another."""
-    every = [item.demonstration for item in (*train, *test)]
-    train_count = len(train)
-    return tuple(
-        f"'{every[place].name}' holds {_same_recording([every[same[0]], every[place]])} as "
-        f"'{every[same[0]].name}', so that it was tested by a recogniser that had seen it; remove "
-        f"one of them."
-        for same in find_copies(every)
-        for place in same
-        if same[0] < train_count <= place
     )
 
 

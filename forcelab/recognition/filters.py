@@ -14,7 +14,7 @@ from scipy.ndimage import rank_filter
 
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
-from forcelab.runs import sample_ends, stretches
+from forcelab.sample_runs import sample_ends, stretches
 from forcelab.segment_edits import SLIVER
 
 

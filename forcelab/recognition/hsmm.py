@@ -40,7 +40,7 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
 from forcelab.recognition.task_grammar import TaskGrammar
-from forcelab.runs import marked_runs
+from forcelab.sample_runs import marked_runs
 
 Real = NDArray[np.float64]
 Codes = NDArray[np.int64]
@@ -184,7 +184,7 @@ class HsmmParameters:
         return np.asarray(self.emphasis * log_ndtr(-z) + beyond)
 
     def _durations(self, steps: NDArray[np.int64]) -> tuple[Real, Real, Real]:
-        """Up to the longest, standardised and in log seconds; beyond it, the slope's score."""
+        """Durations up to the longest, standardised and in log seconds; the score beyond it."""
         table = np.minimum(steps, self.longest[:, None])
         logs = np.log(table * self.step)
         z = (logs - self.mean[:, None]) / self.sd[:, None]

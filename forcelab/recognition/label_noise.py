@@ -271,7 +271,7 @@ def _held_out_means(
 
 
 def _training_stride(codes: Sequence[NDArray[np.int64]], rate: float, settings: Settings) -> int:
-    """Of how many time steps one is used to grow the trees."""
+    """Time steps from one that the trees are grown of to the next."""
     labelled = sum(int(np.count_nonzero(item_codes != UNLABELLED)) for item_codes in codes)
     apart = round(APART * rate / settings.hop(rate))
     return max(settings.training_stride(rate), apart, math.ceil(labelled / MOST))

@@ -52,7 +52,7 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED, Segments
 from forcelab.notebook import html_table, html_title
-from forcelab.runs import Runs, sample_ends, stretches
+from forcelab.sample_runs import Runs, sample_ends, stretches
 from forcelab.text import percent
 
 

@@ -212,7 +212,7 @@ class Evaluation:
 
     @property
     def reliability(self) -> Reliability | None:
-        """Of all tested demonstrations; None where there were no probabilities."""
+        """Reliability over all tested demonstrations; None where there were no probabilities."""
         parts = [item.reliability for item in self.tested if item.reliability is not None]
         return reduce(add, parts) if parts else None
 

@@ -1,4 +1,4 @@
-"""Agreement of coders: every two of them, all together, and the consistency of each.
+"""Agreement of coders: every two of them, and all together.
 
 Everything is computed from the tracks' edges, exactly; nothing is sampled, and time is weighed in
 seconds. Unlabelled time is no class: kappa and the other figures are taken over the time that both
@@ -7,49 +7,33 @@ labelled.
 
 A boundary is the start of a segment, or the end of one after which time is unlabelled: where two
 segments touch, the end of the first is the start of the second and counts once.
-
-A coder's own consistency: coders do not label everything twice, but the demonstrations of a task
-repeat one choreography, so that a duration or an order of actions that stands alone is worth a
-look. It need not be a mistake.
-
-Sources: Cohen, "A coefficient of agreement for nominal scales", Educ. Psychol. Meas. 20, 1960.
-Fleiss, "Measuring nominal scale agreement among many raters", Psychol. Bull. 76, 1971, in the form
-for ratings that are missing: Gwet, "Handbook of inter-rater reliability", 4th ed., 2014. Spitzer
-and Fleiss, "A re-analysis of the reliability of psychiatric diagnosis", Br. J. Psychiatry 125,
-1974: the specific agreement. Landis and Koch, Biometrics 33, 1977: the words. Iglewicz and Hoaglin,
-"How to detect and handle outliers", ASQC 1993: the robust z and its 3.5.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Collection, Generator, Iterable, Mapping, Sequence
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, pairwise
+from itertools import combinations
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.errors import InputError
 from forcelab.jobs import Progress, job
-from forcelab.labels import Interval, Segment, Segments, is_model, to_codes
-from forcelab.project import Project
-from forcelab.recognition.intervals import FEWEST, draw_resamples, percentile_interval
+from forcelab.labels import Interval, Segments, to_codes
 from forcelab.recognition.metrics import OVERLAPS, Overlay, f1, gather_runs, match_segments
-from forcelab.review.differences import Difference, difference_kind, track_pieces
-from forcelab.runs import Runs
+from forcelab.review.coder_tracks import CoderTracks
+from forcelab.review.consistency import Consistency, consistency
+from forcelab.review.differences import track_pieces
+from forcelab.review.kappa import (
+    cohen_kappa,
+    fleiss_kappa,
+    kappa_interval,
+    landis_koch,
+    specific_agreement,
+)
+from forcelab.sample_runs import Runs
 from forcelab.segment_edits import SLIVER
-
-
-@dataclass(frozen=True)
-class CoderTracks:
-    """A demonstration with the tracks of its coders, of those who labelled anything."""
-
-    id: str
-    name: str
-    task: str
-    tracks: Mapping[str, Segments]  # by coder; only those who labelled anything
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -91,148 +75,6 @@ def overlay_tracks(tracks: Sequence[Segments], actions: Sequence[str]) -> TrackP
 def actions_of(tracks: Iterable[Segments]) -> tuple[str, ...]:
     """The actions in the order of their first occurrence."""
     return tuple(dict.fromkeys(s.action for track in tracks for s in track))
-
-
-def coded_demonstrations(
-    project: Project,
-    task: str | None = None,
-    authors: Collection[str] = (),
-    viewer: str | None = None,
-    without: Collection[str] = (),
-) -> tuple[tuple[CoderTracks, ...], int]:
-    """The tracks of a project's coders; models never count.
-
-    Parameters
-    ----------
-    project : Project
-    task : str, optional
-        Only its demonstrations.
-    authors : collection of str, optional
-        Only these coders; by default all.
-    viewer : str, optional
-        Who will look at it: demonstrations that are blind for this coder are left out.
-    without : collection of str, optional
-        Authors that are no coders of their own, such as that of a consensus, unless they are among
-        `authors`.
-
-    Returns
-    -------
-    tuple of Coded
-        Demonstrations that at least one of the coders labelled.
-    int
-        How many were left out because they are blind for the viewer.
-
-    Raises
-    ------
-    InputError
-        If there is no such task or coder.
-
-    Examples
-    --------
-    >>> coded, hidden = forcelab.coded_demonstrations(project, "foam")
-    >>> [sorted(item.tracks) for item in coded]
-    [['Ada', 'Bo'], ['Ada', 'Bo'], ['Ada', 'Bo']]
-    """
-    coders = project.coding.coders()
-    if unknown := [name for name in authors if name not in coders]:
-        names = ", ".join(f"'{name}'" for name in coders) or "none at all"
-        raise InputError(f"There is no coder '{unknown[0]}'; there are {names}.")
-    if task is not None:
-        project.demonstrations.check_task(task)
-    coded, hidden = [], 0
-    for info in project.demonstrations.infos(task):
-        if viewer is not None and project.coding.is_blind(info.id, viewer):
-            hidden += 1
-            continue
-        tracks = {
-            track.author: track.segments
-            for track in project.tracks.of(info.id)
-            if track.segments
-            and not is_model(track.author)
-            and (track.author in authors if authors else track.author not in without)
-        }
-        if tracks:
-            coded.append(CoderTracks(info.id, info.name, info.task, tracks))
-    return tuple(coded), hidden
-
-
-#: Each word with the kappa up to which it holds.
-WORDS = (
-    (0.0, "poor"),
-    (0.20, "slight"),
-    (0.40, "fair"),
-    (0.60, "moderate"),
-    (0.80, "substantial"),
-    (1.0, "almost perfect"),
-)
-#: Resamples of the bootstrap.
-RESAMPLES = 1000
-
-
-def cohen_kappa(seconds: NDArray[np.float64]) -> float | None:
-    """Cohen's kappa of the seconds (K, K) of each pair of actions by two coders.
-
-    1 for full agreement, 0 for what chance brings; None where there is no common time, or both know
-    but one action: chance alone then agrees always.
-    """
-    kappa = float(_kappas(seconds[None])[0])
-    return None if math.isnan(kappa) else kappa
-
-
-def _kappas(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Cohen's kappa of each of some tables (m, K, K), nan where there is none."""
-    total = seconds.sum(axis=(1, 2))
-    with np.errstate(invalid="ignore", divide="ignore"):
-        shares = seconds / total[:, None, None]
-        expected = (shares.sum(axis=2) * shares.sum(axis=1)).sum(axis=1)
-        kappas = (np.trace(shares, axis1=1, axis2=2) - expected) / (1 - expected)
-    return np.where((total > 0) & (1 - expected >= 1e-12), kappas, np.nan)
-
-
-def fleiss_kappa(ratings: NDArray[np.int64], weights: NDArray[np.float64]) -> float | None:
-    """Fleiss' kappa of how many coders gave each action (p, K), weighted by seconds (p,).
-
-    Pieces with fewer than two are left out. None as of :func:`cohen_kappa`; with equally many
-    coders throughout it is the figure of Fleiss (1971).
-    """
-    coders = ratings.sum(axis=1)
-    comparable = coders >= 2
-    n, w = ratings[comparable].astype(np.float64), weights[comparable]
-    if not w.sum() > 0:
-        return None
-    m, w = coders[comparable].astype(np.float64), w / w.sum()
-    agreed = float(w @ ((n * (n - 1)).sum(axis=1) / (m * (m - 1))))
-    expected = float((((w / m) @ n) ** 2).sum())
-    return None if 1 - expected < 1e-12 else (agreed - expected) / (1 - expected)
-
-
-def specific_agreement(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Positive specific agreement of each action, shape (K,); nan where neither labelled it.
-
-    ``2 n_kk / (n_k. + n_.k)``: if one of the two, drawn by lot, says the action, how probably the
-    other says it too. `seconds` as of :func:`cohen_kappa`.
-    """
-    labelled = seconds.sum(axis=0) + seconds.sum(axis=1)
-    shares = np.full(len(seconds), np.nan)
-    np.divide(2 * np.diag(seconds), labelled, out=shares, where=labelled > 0)
-    return shares
-
-
-def kappa_interval(matrices: NDArray[np.float64]) -> tuple[float, float] | None:
-    """95 % interval of Cohen's kappa by the percentile bootstrap over demonstrations (D, K, K).
-
-    None with fewer than three: they cannot tell how much demonstrations vary.
-    """
-    count = len(matrices)
-    if count < FEWEST:
-        return None
-    weights = draw_resamples(count, RESAMPLES, 0).astype(np.float64)
-    return percentile_interval(_kappas(np.tensordot(weights, matrices, axes=1)))
-
-
-def landis_koch(kappa: float) -> str:
-    """The word of Landis and Koch for a kappa, such as ``"substantial"``."""
-    return next((word for limit, word in WORDS if kappa <= limit + 1e-12), WORDS[-1][1])
 
 
 #: Seconds up to which two boundaries of the same kind may be the same one.
@@ -402,27 +244,6 @@ def _pair_overlay(common: _LabelledByBoth, human: int, predicted: int) -> Overla
     )
 
 
-def coder_differences(demonstration: str, a: Segments, b: Segments) -> tuple[Difference, ...]:
-    """Every stretch in which two coders' tracks over a demonstration differ, in order of time.
-
-    Only a boundary differs where before and after it both say the same, and in it one says what
-    both said before, the other what both say after.
-    """
-    pieces = track_pieces(demonstration, a, b)
-    both = [(piece.human, piece.predicted) for piece in pieces]
-    differences = []
-    for piece, before, after in zip(
-        pieces, [(None, None), *both], [*both[1:], (None, None)], strict=False
-    ):
-        if piece.differs:
-            agreed = before[0] == before[1] and after[0] == after[1]
-            edge = agreed and {before[0], after[0]} == {piece.human, piece.predicted}
-            kind = "boundary" if edge else difference_kind(piece.human, piece.predicted)
-            where = demonstration, piece.start, piece.end
-            differences.append(Difference(*where, piece.human, piece.predicted, kind=kind))
-    return tuple(differences)
-
-
 #: Milliseconds within which boundaries are counted.
 WITHIN = (50, 100, 200)
 
@@ -457,12 +278,12 @@ class PairAgreement:
 
     @property
     def kappa(self) -> float | None:
-        """Cohen's kappa; see :func:`forcelab.review.agreement.cohen_kappa`."""
+        """Cohen's kappa; see :func:`forcelab.review.kappa.cohen_kappa`."""
         return cohen_kappa(self.both)
 
     @property
     def interval(self) -> tuple[float, float] | None:
-        """95 % interval of kappa; see :func:`forcelab.review.agreement.kappa_interval`."""
+        """95 % interval of kappa; see :func:`forcelab.review.kappa.kappa_interval`."""
         return kappa_interval(self.seconds[:, :-1, :-1])
 
     @property
@@ -600,111 +421,8 @@ def _shifted_intervals(id_: str, boundaries: MatchedBoundaries) -> list[Interval
 
 
 def _longest_first(places: Iterable[Interval]) -> tuple[Interval, ...]:
-    """By duration; equal ones by demonstration and time."""
+    """Sorted by duration, the longest first; equal ones by demonstration and time."""
     return tuple(sorted(places, key=lambda p: (-round(p.duration, 9), p.demonstration, p.start)))
-
-
-#: The robust z beyond which a duration stands out, and how many segments it takes to say so.
-STANDS_OUT, FEWEST_SEGMENTS = 3.5, 5
-#: A transition of one demonstration is rare if so many have been labelled.
-FEWEST_DEMONSTRATIONS = 3
-
-
-@dataclass(frozen=True)
-class Durations:
-    """Durations of the segments of an action of a task."""
-
-    task: str
-    action: str
-    count: int  # segments
-    mean: float  # seconds
-    variation: float | None  # standard deviation over mean; None with fewer than two segments
-
-
-@dataclass(frozen=True)
-class Consistency:
-    """The variation of one coder's labels."""
-
-    author: str
-    actions: tuple[Durations, ...]  # by task, in the order of their first occurrence
-    #: Segments whose duration stands out among those of their action, the oddest first
-    odd: tuple[Interval, ...]
-    #: Two actions in an order that no other demonstration of the task has; ``human`` is the first
-    #: of them, ``predicted`` the second
-    rare: tuple[Interval, ...]
-
-    def to_json(self) -> dict[str, Any]:
-        """The figures as plain values."""
-        return {
-            "coder": self.author,
-            "odd_durations": len(self.odd),
-            "rare_transitions": len(self.rare),
-            "durations": [
-                {
-                    "task": row.task,
-                    "action": row.action,
-                    "segments": row.count,
-                    "mean_s": row.mean,
-                    "variation": row.variation,
-                }
-                for row in self.actions
-            ],
-        }
-
-
-def consistency(coded: Sequence[CoderTracks], author: str) -> Consistency:
-    """The variation of a coder's labels over the demonstrations of each task."""
-    tasks = dict.fromkeys(item.task for item in coded if author in item.tracks)
-    durations: list[Durations] = []
-    odd: list[tuple[float, Interval]] = []
-    rare: list[Interval] = []
-    for task in tasks:
-        coded_by_author = (item for item in coded if item.task == task and author in item.tracks)
-        tracks = {item.id: item.tracks[author] for item in coded_by_author}
-        by_action: dict[str, list[tuple[str, Segment]]] = {}
-        for id_, segments in tracks.items():
-            for segment in segments:
-                by_action.setdefault(segment.action, []).append((id_, segment))
-        for action, coded_segments in by_action.items():
-            lengths = np.array([segment.duration for _, segment in coded_segments])
-            mean = float(lengths.mean())
-            variation = float(lengths.std(ddof=1)) / mean if len(lengths) > 1 else None
-            durations.append(Durations(task, action, len(lengths), mean, variation))
-            odd += _odd_durations(coded_segments)
-        rare += _rare_transitions(tracks)
-    odd.sort(key=lambda item: -item[0])
-    return Consistency(author, tuple(durations), tuple(place for _, place in odd), tuple(rare))
-
-
-def _odd_durations(segments: Sequence[tuple[str, Segment]]) -> list[tuple[float, Interval]]:
-    """Segments of one action whose duration stands out, with their robust z."""
-    lengths = np.array([segment.duration for _, segment in segments])
-    away = np.abs(lengths - np.median(lengths))
-    deviation = float(np.median(away))
-    if len(segments) < FEWEST_SEGMENTS or deviation <= 0:
-        return []
-    scores = 0.6745 * away / deviation
-    return [
-        (float(z), Interval(id_, segment.start, segment.end, segment.action))
-        for z, (id_, segment) in zip(scores, segments, strict=True)
-        if z > STANDS_OUT
-    ]
-
-
-def _rare_transitions(tracks: dict[str, tuple[Segment, ...]]) -> list[Interval]:
-    """Orders of two actions that only one of the tracks has."""
-    if len(tracks) < FEWEST_DEMONSTRATIONS:
-        return []
-    where: dict[tuple[str, str], set[str]] = {}
-    for id_, segments in tracks.items():
-        for left, right in pairwise(segments):
-            where.setdefault((left.action, right.action), set()).add(id_)
-    return [
-        Interval(id_, left.start, right.end, left.action, right.action)
-        for id_, segments in tracks.items()
-        for left, right in pairwise(segments)
-        if len(where[left.action, right.action]) == 1
-    ]
 
 
 @dataclass(frozen=True)
@@ -756,8 +474,8 @@ def agreement_job(
 
     Parameters
     ----------
-    coded : sequence of Coded
-        From :func:`~forcelab.review.agreement.coded_demonstrations`.
+    coded : sequence of CoderTracks
+        From :func:`~forcelab.review.coder_tracks.coded_demonstrations`.
     same : tuple of str, optional
         Two names of one coder, who labelled demonstrations twice: compared with each other only,
         and the second with no other.

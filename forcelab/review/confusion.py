@@ -14,7 +14,7 @@ from forcelab.labels import Interval
 from forcelab.recognition.metrics import TICKS, overlay_segments
 from forcelab.recognition.results import DemonstrationResult
 from forcelab.review.run_result import RunResult
-from forcelab.runs import Runs
+from forcelab.sample_runs import Runs
 
 #: What a cell counts: seconds, or human segments by what covers most of each.
 Unit = Literal["time", "segments"]

@@ -13,8 +13,12 @@ from typing import Literal
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Segments
 from forcelab.project import Edit, Project
-from forcelab.review.agreement import coder_differences
-from forcelab.review.differences import Difference, action_over, track_pieces
+from forcelab.review.differences import (
+    Difference,
+    action_over,
+    coder_differences,
+    track_pieces,
+)
 from forcelab.segment_edits import SLIVER, erase, free_parts, overlapping, paint
 from forcelab.text import counted
 

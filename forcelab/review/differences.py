@@ -156,6 +156,27 @@ def difference_kind(human: str | None, predicted: str | None) -> DifferenceKind:
     return "missed" if predicted is None else "action"
 
 
+def coder_differences(demonstration: str, a: Segments, b: Segments) -> tuple[Difference, ...]:
+    """Every stretch in which two coders' tracks over a demonstration differ, in order of time.
+
+    Only a boundary differs where before and after it both say the same, and in it one says what
+    both said before, the other what both say after.
+    """
+    pieces = track_pieces(demonstration, a, b)
+    both = [(piece.human, piece.predicted) for piece in pieces]
+    differences = []
+    for piece, before, after in zip(
+        pieces, [(None, None), *both], [*both[1:], (None, None)], strict=False
+    ):
+        if piece.differs:
+            agreed = before[0] == before[1] and after[0] == after[1]
+            edge = agreed and {before[0], after[0]} == {piece.human, piece.predicted}
+            kind = "boundary" if edge else difference_kind(piece.human, piece.predicted)
+            where = demonstration, piece.start, piece.end
+            differences.append(Difference(*where, piece.human, piece.predicted, kind=kind))
+    return tuple(differences)
+
+
 def _confidence(piece: Interval, trace: ProbabilityTrace | None) -> float | None:
     """The model's confidence that the human is wrong."""
     if trace is None:

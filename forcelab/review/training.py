@@ -20,17 +20,15 @@ from forcelab.process import interruptible
 from forcelab.project import DemonstrationInfo, LabelsUsed, Project, Provenance
 from forcelab.recognition.dataset import DataSelection, Dataset
 from forcelab.recognition.ensemble import FitProgress
-from forcelab.recognition.experiments import (
+from forcelab.recognition.groups import fold_groups
+from forcelab.recognition.project_runs import evaluate_joined, provenance
+from forcelab.recognition.recogniser import Recogniser
+from forcelab.recognition.remarks import (
     accepted_remarks,
-    dataset_unit_remarks,
-    evaluate_joined,
-    provenance,
+    dataset_remarks,
     unlearnt_remarks,
-    unshared_action_remarks,
     unused_merge_remarks,
 )
-from forcelab.recognition.groups import fold_groups
-from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.results import (
     DemonstrationResult,
     Evaluation,
@@ -217,8 +215,7 @@ def review_job(
         evaluation, remarks = yield from _evaluate(snapshot, settings, selection, steps, known)
         if evaluation is not None:
             remarks += accepted_remarks(snapshot.datasets[-1], evaluation)
-        remarks += dataset_unit_remarks(snapshot.datasets, settings)
-        remarks += unshared_action_remarks(snapshot.train, settings)
+        remarks += dataset_remarks(snapshot.datasets, settings)
         remarks += unused_merge_remarks(
             settings, frozenset().union(*(part.spellings for part in snapshot.datasets))
         )

@@ -478,7 +478,7 @@ class Smoothing:
     half: int  # half-width in the same steps, beyond which they are left away
 
     def variance(self, step: int) -> float:
-        """Of all Gaussians that a copy went through together, in samples squared."""
+        """The variance of all Gaussians that a copy went through, in samples squared."""
         return float(sum((self.width * finer) ** 2 for finer in self.steps if 1 < finer <= step))
 
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import GAP_PERIODS, LARGEST, Demonstration
 from forcelab.errors import InputError
-from forcelab.runs import marked_runs
+from forcelab.sample_runs import marked_runs
 from forcelab.signals.conditioning import bridge, glitches
 from forcelab.text import counted
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import GAP_PERIODS, Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
-from forcelab.runs import marked_runs
+from forcelab.sample_runs import marked_runs
 from forcelab.signals.channels import channel_map
 from forcelab.signals.conditioning import GLITCH
 from forcelab.signals.grid import MAX_SAMPLES, UNIFORM, measured, readings

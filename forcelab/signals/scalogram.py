@@ -314,7 +314,7 @@ def _values(view: ChannelView, values: Real, scales: Real, at: Whole, phase: boo
 def _block(
     view: ChannelView, scales: Real, at: Whole, phase: bool
 ) -> Generator[Progress, None, Picture]:
-    """The same on the channel's grid, of one block; a job. NaN where nothing is known."""
+    """A picture of one block on the channel's grid, as a job; NaN where nothing is known."""
     first, last = int(at[0]), int(at[-1]) + int(phase)
 
     def around(half: int) -> tuple[int, int]:
@@ -341,7 +341,7 @@ def _block(
 def _blocks(
     view: ChannelView, scales: Real, at: Whole, phase: bool
 ) -> Generator[Progress, None, Picture]:
-    """The same of a span of any length, block by block; a job."""
+    """A picture of a span of any length, block by block, as a job."""
     out = np.full((len(scales), len(at) - int(not phase)), np.nan, dtype=np.float32)
     first, last = int(at[0]), int(at[-1]) + int(phase)
     for begin in range(first, last, BLOCK):

@@ -28,19 +28,19 @@ from forcelab.video.motion import measuring_motion
 Array = NDArray[np.float64]
 
 #: Samples a second at which taps are looked for, at most.
-FINE = 500.0
+TAP_RATE = 500.0
 #: Smoothing of the force before that, and of its rate of change, s.
-SMOOTH, SCALE = 0.003, 0.02
+FORCE_SMOOTHING, CHANGE_SMOOTHING = 0.003, 0.02
 #: A tap stands out from the running median over this time, s ...
-REST = 0.3
+TAP_MEDIAN = 0.3
 #: ... by this many times what else stands out within this time of it, s ...
-CLEAR, AROUND = 12.0, 0.25
+LEAST_CLEARNESS, TAP_SURROUNDINGS = 12.0, 0.25
 #: ... and is not much less clear than the clearest of the recording ...
-AS_CLEAR = 0.25
+LEAST_RELATIVE_CLEARNESS = 0.25
 #: ... and is down to a quarter of its height within this time, s.
-LONGEST = 0.08
+LONGEST_TAP = 0.08
 #: Samples a second at which the running median is taken.
-COARSE = 100.0
+MEDIAN_RATE = 100.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,19 +61,19 @@ def find_taps(times: Array, force: Array) -> tuple[Tap, ...]:
     from scipy.ndimage import gaussian_filter1d, maximum_filter1d, median_filter
 
     period = float(np.median(np.diff(times)))
-    rate = min(1.0 / period, FINE)
+    rate = min(1.0 / period, TAP_RATE)
     grid = np.arange(times[0], times[-1], 1.0 / rate)
     if grid.size < 8:
         return ()
-    step = max(1, round(rate / COARSE))
-    width = round(REST * rate / step) | 1
+    step = max(1, round(rate / MEDIAN_RATE))
+    width = round(TAP_MEDIAN * rate / step) | 1
     power = np.zeros(grid.size)
     for column in force.T:
-        smooth = gaussian_filter1d(_read(grid, times, column), max(SMOOTH * rate, 0.5))
+        smooth = gaussian_filter1d(_read(grid, times, column), max(FORCE_SMOOTHING * rate, 0.5))
         rest = median_filter(smooth[::step], width, mode="nearest")
         power += (smooth - np.interp(grid, grid[::step], rest)) ** 2
     pulse = np.sqrt(power)
-    reach, own_reach = round(AROUND * rate), round(0.75 * LONGEST * rate)
+    reach, own_reach = round(TAP_SURROUNDINGS * rate), round(0.75 * LONGEST_TAP * rate)
     floor = 6.0 * float(np.median(pulse)) + 1e-9 * float(
         np.max(np.abs(force), initial=0.0, where=np.isfinite(force))
     )
@@ -83,17 +83,17 @@ def find_taps(times: Array, force: Array) -> tuple[Tap, ...]:
         first, last = max(peak - reach, 0), min(peak + reach, pulse.size)
         below = np.flatnonzero(pulse[first:last] < pulse[peak] / 4) + first
         before, after = below[below < peak], below[below > peak]
-        if before.size == 0 or after.size == 0 or after[0] - before[-1] > LONGEST * rate:
+        if before.size == 0 or after.size == 0 or after[0] - before[-1] > LONGEST_TAP * rate:
             continue
         around = np.concatenate(
             [pulse[first : max(peak - own_reach, first)], pulse[peak + own_reach : last]]
         )
         usual = float(np.quantile(around, 0.95)) if around.size else 0.0
         clearness = float(pulse[peak]) / max(usual, floor / 6.0)
-        if clearness >= CLEAR:
+        if clearness >= LEAST_CLEARNESS:
             taps.append(Tap(float(grid[before[-1] + 1]), float(pulse[peak]), clearness))
     clearest = max((tap.clearness for tap in taps), default=0.0)
-    return tuple(tap for tap in taps if tap.clearness >= AS_CLEAR * clearest)
+    return tuple(tap for tap in taps if tap.clearness >= LEAST_RELATIVE_CLEARNESS * clearest)
 
 
 def rate_of_change(times: Array, force: Array, rate: float) -> tuple[Array, Array]:
@@ -102,14 +102,16 @@ def rate_of_change(times: Array, force: Array, rate: float) -> tuple[Array, Arra
     `times` (n,): s, strictly increasing; `force` (n, c): NaN or infinity marks missing samples,
     which straight lines bridge; `rate`: samples a second of the grid. Gives `grid`, `magnitude`
     (m,): s, and the force's unit a second, smoothed by a Gaussian of standard deviation
-    :data:`SCALE`.
+    :data:`CHANGE_SMOOTHING`.
     """
     from scipy.ndimage import gaussian_filter1d
 
     grid = np.arange(times[0], times[-1], 1.0 / rate)
     power = np.zeros(grid.size)
     for column in force.T:
-        power += (gaussian_filter1d(_read(grid, times, column), SCALE * rate, order=1) * rate) ** 2
+        power += (
+            gaussian_filter1d(_read(grid, times, column), CHANGE_SMOOTHING * rate, order=1) * rate
+        ) ** 2
     return grid, np.sqrt(power)
 
 
@@ -125,21 +127,21 @@ def _read(grid: Array, times: Array, column: Array) -> Array:
 
 
 #: Clocks differ by no more than this share ...
-DRIFT = 1.2e-3
+MOST_DRIFT = 1.2e-3
 #: ... and rates are tried so closely that neither end is off by more than this, s.
-SLIP = 0.02
+MOST_END_ERROR = 0.02
 #: Video and force have at least this share of the shorter one in common.
-OVERLAP = 0.5
+LEAST_OVERLAP = 0.5
 #: Running medians, s: of the motion and of the force's rate of change.
-MOTION_REST, FORCE_REST = 0.23, 0.6
+MOTION_MEDIAN, FORCE_MEDIAN = 0.23, 0.6
 #: How much the taps count beside the correlations, and how exactly they are met, s.
-TAPS, MET = 0.6, 0.02
+TAP_WEIGHT, TAP_PRECISION = 0.6, 0.02
 #: A tap's strongest motion comes this long after its onset in the force, s.
 TAP_CENTRE = 0.03
 #: Taps that are looked at, the clearest ones.
 MOST_TAPS = 24
 #: Another peak of the score counts from this distance on, s.
-APART = 0.3
+PEAK_DISTANCE = 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +153,7 @@ class MotionSignal:
     level: Array
     rate: float
 
-    def shown(self) -> Array:
+    def to_show(self) -> Array:
         """Times and abrupt part, the largest of it 1."""
         top = float(np.max(self.abrupt, initial=0.0))
         return np.stack([self.times, self.abrupt / top if top > 0 else self.abrupt])
@@ -173,7 +175,7 @@ def video_signal(times: Array, energy: Array, rate: float) -> MotionSignal:
 
     middle = 0.5 * (times[1:] + times[:-1])
     grid = np.arange(middle[0], middle[-1], 1.0 / rate)
-    abrupt = np.interp(grid, middle, _abrupt(times, energy))
+    abrupt = np.interp(grid, middle, _abrupt_motion(times, energy))
     usual = float(np.median(energy[1:]))
     level = np.log(energy[1:] + 0.1 * usual + 1e-3)
     return MotionSignal(
@@ -181,12 +183,12 @@ def video_signal(times: Array, energy: Array, rate: float) -> MotionSignal:
     )
 
 
-def _abrupt(times: Array, energy: Array) -> Array:
+def _abrupt_motion(times: Array, energy: Array) -> Array:
     """By how much the root of the energy exceeds its running median; shape (n - 1,)."""
     from scipy.ndimage import median_filter
 
     root = np.sqrt(np.maximum(energy[1:], 0.0))
-    width = max(round(MOTION_REST / float(np.median(np.diff(times)))), 3) | 1
+    width = max(round(MOTION_MEDIAN / float(np.median(np.diff(times)))), 3) | 1
     return np.maximum(root - median_filter(root, width, mode="nearest"), 0.0)
 
 
@@ -198,7 +200,7 @@ def force_signal(times: Array, force: Array, rate: float) -> MotionSignal:
     quiet = float(np.quantile(magnitude, 0.3))
     quiet = quiet if quiet > 0 else float(np.max(magnitude)) * 1e-3 + 1e-12
     level = np.log1p(magnitude / quiet)
-    width = round(FORCE_REST * rate) | 1
+    width = round(FORCE_MEDIAN * rate) | 1
     abrupt = np.maximum(level - median_filter(level, width, mode="nearest"), 0.0)
     smooth = 0.015 * rate
     return MotionSignal(
@@ -208,10 +210,10 @@ def force_signal(times: Array, force: Array, rate: float) -> MotionSignal:
 
 def rates_to_try(length: float) -> tuple[float, ...]:
     """The rates to try, from 1 outwards; 1 alone where the drift of a length (s) cannot be seen."""
-    steps = int(DRIFT * length / 2.0 / (2.0 * SLIP))
+    steps = int(MOST_DRIFT * length / 2.0 / (2.0 * MOST_END_ERROR))
     if steps < 2:
         return (1.0,)
-    drifts = np.linspace(-DRIFT, DRIFT, 2 * steps + 1)
+    drifts = np.linspace(-MOST_DRIFT, MOST_DRIFT, 2 * steps + 1)
     return tuple(1.0 + drifts[np.argsort(np.abs(drifts))])
 
 
@@ -225,9 +227,9 @@ def best_shift(
     pairs = ((abrupt, force.abrupt), (abrupt, force.level), (level, force.level))
     alike, lags = _correlation(pairs)
     shift = force.times[0] - times[0] + lags / force.rate
-    score = alike + TAPS * _tap_votes(times, abrupt, taps, shift) if taps else alike
+    score = alike + TAP_WEIGHT * _tap_votes(times, abrupt, taps, shift) if taps else alike
     top = int(np.argmax(score))
-    far = np.abs(shift - shift[top]) > APART
+    far = np.abs(shift - shift[top]) > PEAK_DISTANCE
     second, peak = float(np.max(score[far], initial=0.0)), float(score[top])
     clock = ClockMap(_vertex(shift, score, top), drift)
     return Lag(clock, peak, second / peak if peak > 0 else 1.0, float(alike[top]))
@@ -271,7 +273,7 @@ def _correlation(pairs: Iterable[tuple[Array, Array]]) -> tuple[Array, NDArray[n
     assert total is not None
     lags = np.arange(total.size)
     lags[lags >= m] -= size
-    enough = np.flatnonzero(count >= OVERLAP * min(n, m))
+    enough = np.flatnonzero(count >= LEAST_OVERLAP * min(n, m))
     order = enough[np.argsort(lags[enough])]
     return total[order], lags[order]
 
@@ -288,7 +290,7 @@ def _tap_votes(times: Array, abrupt: Array, taps: tuple[Tap, ...], shift: Array)
     order = np.empty(abrupt.size)
     order[np.argsort(abrupt, kind="stable")] = np.linspace(-1.0, 1.0, abrupt.size)
     rank = np.where(order > 0, order**2, order)
-    width = round(2.0 * MET / (times[1] - times[0])) | 1
+    width = round(2.0 * TAP_PRECISION / (times[1] - times[0])) | 1
     peaks = maximum_filter1d(rank, width)
     clearest = sorted(taps, key=lambda tap: -tap.clearness)[:MOST_TAPS]
     total = np.zeros(shift.size)
@@ -297,29 +299,29 @@ def _tap_votes(times: Array, abrupt: Array, taps: tuple[Tap, ...], shift: Array)
     return total / len(clearest)
 
 
-#: Samples a second of the common grid, and of that for recordings longer than :data:`LONG` s.
-RATE, COARSE_RATE, LONG = 200.0, 50.0, 900.0
+#: Samples a second of the common grid, and of that for recordings longer than the third, s.
+GRID_RATE, COARSE_GRID_RATE, LONG_RECORDING = 200.0, 50.0, 900.0
 #: Frames or samples needed.
-SHORTEST = 16
+FEWEST_SAMPLES = 16
 #: The share of the highest peak that the next one has: nothing is sure from the first on, all is
 #: at the second. Measured on simulated demonstrations, with and without their taps.
-DOUBTFUL, SURE = 0.9, 0.55
+DOUBTFUL_PEAK_RATIO, SURE_PEAK_RATIO = 0.9, 0.55
 #: The same for the correlation alone: taps may meet anything in a video that shows nothing.
-UNLIKE, ALIKE = 0.08, 0.2
+DOUBTFUL_CORRELATION, SURE_CORRELATION = 0.08, 0.2
 #: Without two taps that agree nothing is proposed with more confidence.
-UNTAPPED = 0.45
+CONFIDENCE_WITHOUT_TAPS = 0.45
 #: How far from the coarse shift a tap's frame is looked for, s.
-SOUGHT = 0.08
+TAP_SEARCH = 0.08
 #: How far the coarse comparison is trusted, s; how far from the shift that fits all taps one of
 #: them may lie, in frames, and how much motion must grow there, in usual growths.
-DOUBTED, NEXT, GROWN = 0.05, 1.0, 0.5
+COARSE_ERROR, MOST_FRAMES_AWAY, LEAST_GROWTH = 0.05, 1.0, 0.5
 #: By how much the motion grows at the taps on average, in usual growths: nothing is sure below the
 #: first, as another motion may be meant; all is from the second on.
-FAINT, PLAIN = 0.5, 1.0
+DOUBTFUL_GROWTH, SURE_GROWTH = 0.5, 1.0
 #: A proposal with less confidence is one to look at twice.
-TRUSTED = 0.5
+TRUSTED_CONFIDENCE = 0.5
 #: Taps further from the fitted clock than this share of a frame's time do not agree.
-AGREEING = 1.0
+MOST_DISAGREEMENT = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -343,7 +345,7 @@ class Proposal:
     @property
     def doubtful(self) -> bool:
         """Whether it is to be looked at before it is believed."""
-        return self.confidence < TRUSTED
+        return self.confidence < TRUSTED_CONFIDENCE
 
 
 def propose_clock_for(
@@ -364,7 +366,7 @@ def propose_clock_for(
     if any(newtons):
         force = force[:, newtons]
     else:
-        force = _known(force)  # as recorded: divided, a glitch would be none
+        force = _valid_readings(force)  # as recorded: divided, a glitch would be none
         spread = np.nanstd(force, axis=0)
         force = force / np.where(spread > 0, spread, 1.0)
     return (yield from propose_clock(motion.times, motion.energy, demonstration.times, force))
@@ -387,10 +389,10 @@ def propose_clock(
     """
     t, e = _check_series(frame_times, energy, "video")
     ft, f = _check_series(force_times, force, "force")
-    f = _known(f)  # beside a glitch no tap would be clear
+    f = _valid_readings(f)  # beside a glitch no tap would be clear
     yield Progress(0, 1, "looking for taps in the force")
     taps = find_taps(ft, f)
-    grid = RATE if max(t[-1] - t[0], ft[-1] - ft[0]) <= LONG else COARSE_RATE
+    grid = GRID_RATE if max(t[-1] - t[0], ft[-1] - ft[0]) <= LONG_RECORDING else COARSE_GRID_RATE
     motion = video_signal(t, e[:, 0], grid)
     rate = force_signal(ft, f, grid)
     rates = rates_to_try(min(float(t[-1] - t[0]), float(ft[-1] - ft[0])))
@@ -402,17 +404,19 @@ def propose_clock(
             best = lag
     assert best is not None
     clock, residual, pairs, clear = _refine_by_taps(best.clock, t, e[:, 0], taps)
-    confidence = _share(best.ratio, DOUBTFUL, SURE) * _share(best.alike, UNLIKE, ALIKE)
-    confidence = min(UNTAPPED, confidence) if clear is None else confidence * clear
-    return Proposal(clock, confidence, residual, pairs, motion.shown(), rate.shown())
+    confidence = _share_between(best.ratio, DOUBTFUL_PEAK_RATIO, SURE_PEAK_RATIO) * _share_between(
+        best.alike, DOUBTFUL_CORRELATION, SURE_CORRELATION
+    )
+    confidence = min(CONFIDENCE_WITHOUT_TAPS, confidence) if clear is None else confidence * clear
+    return Proposal(clock, confidence, residual, pairs, motion.to_show(), rate.to_show())
 
 
-def _known(force: Array) -> Array:
+def _valid_readings(force: Array) -> Array:
     """Force channels (m, c) with NaN for what no sensor can have read."""
     return np.stack([readings(channel) for channel in force.T], axis=1)
 
 
-def _share(value: float, zero: float, full: float) -> float:
+def _share_between(value: float, zero: float, full: float) -> float:
     """Where a value lies between two, 0..1."""
     return float(np.clip((value - zero) / (full - zero), 0.0, 1.0))
 
@@ -427,7 +431,7 @@ def _check_series(times: ArrayLike, values: ArrayLike, noun: str) -> tuple[Array
             f"Synchronising needs one time for each value of the {noun}; there are {t.size} times "
             f"and values of shape {v.shape}."
         )
-    if t.size < SHORTEST or t[-1] - t[0] < 1.0:
+    if t.size < FEWEST_SAMPLES or t[-1] - t[0] < 1.0:
         raise InputError(
             f"The {noun} is too short to find the video's clock by; mark a tap by hand instead."
         )
@@ -448,25 +452,25 @@ def _refine_by_taps(
     """
     frame = float(np.median(np.diff(times)))
     middle = 0.5 * (times[1:] + times[:-1])
-    growth = _growth(energy)
+    growth = _motion_growth(energy)
     places = coarse.to_device([tap.time for tap in taps])
     filmed = (places > middle[0]) & (places < middle[-1])
     tap_times = np.array([tap.time for tap in taps])[filmed]
     places = places[filmed]
     if tap_times.size == 0:
         return coarse, 0.0, (), None
-    shifts = np.arange(-SOUGHT, SOUGHT + 5e-4, 1e-3)
+    shifts = np.arange(-TAP_SEARCH, TAP_SEARCH + 5e-4, 1e-3)
     between = np.searchsorted(times, places[:, np.newaxis] + shifts) - 1
     grown = growth[np.clip(between, 0, growth.size - 1)]
     votes = grown.sum(axis=0)
-    top = int(np.argmax(votes * np.exp(-0.5 * (shifts / DOUBTED) ** 2)))
+    top = int(np.argmax(votes * np.exp(-0.5 * (shifts / COARSE_ERROR) ** 2)))
     # The taps stay between the same frames for a while: the middle of it is the likeliest.
     same = np.flatnonzero((between == between[:, top : top + 1]).all(axis=0))
     shift = float(0.5 * (shifts[same[0]] + shifts[same[-1]]))
     pairs = []
     for place, time in zip((places + shift).tolist(), tap_times.tolist(), strict=True):
-        near = np.flatnonzero(np.abs(middle - place) <= NEXT * frame)
-        if near.size and growth[near].max() > GROWN:
+        near = np.flatnonzero(np.abs(middle - place) <= MOST_FRAMES_AWAY * frame)
+        if near.size and growth[near].max() > LEAST_GROWTH:
             pairs.append((float(middle[near[np.argmax(growth[near])]]), time))
     if not pairs:
         return coarse, 0.0, (), None
@@ -477,15 +481,19 @@ def _refine_by_taps(
         fitted = fit_clock(frame_times.tolist(), tap_times.tolist()).clock
         # A tap is uncertain by a frame's time, evenly.
         unsure = frame / np.sqrt(12.0) / spread
-        if 3.0 * unsure < abs(fitted.rate - coarse.rate) and abs(fitted.rate - 1.0) < DRIFT:
+        if 3.0 * unsure < abs(fitted.rate - coarse.rate) and abs(fitted.rate - 1.0) < MOST_DRIFT:
             clock = fitted
     away = np.abs(clock.to_force(frame_times) - tap_times)
-    agree = len(pairs) > 1 and bool(np.all(away <= AGREEING * frame))
-    clear = _share(float(votes[top]) / tap_times.size, FAINT, PLAIN) if agree else None
+    agree = len(pairs) > 1 and bool(np.all(away <= MOST_DISAGREEMENT * frame))
+    clear = (
+        _share_between(float(votes[top]) / tap_times.size, DOUBTFUL_GROWTH, SURE_GROWTH)
+        if agree
+        else None
+    )
     return clock, float(np.sqrt(np.mean(away**2))), tuple(pairs), clear
 
 
-def _growth(energy: Array) -> Array:
+def _motion_growth(energy: Array) -> Array:
     """By how much more moves in a frame and the next than in the two before, in usual amounts.
 
     Two, since what touches slows down before and is seen for more than one frame.

@@ -196,7 +196,7 @@ class Canvas:
             cv2.circle(self.image, (u, v), size, fill, -1, cv2.LINE_AA, SHIFT)
 
     def _width(self, width: float) -> int:
-        """Of a line, in whole pixels of the image."""
+        """The width of a line in whole pixels of the image."""
         return max(1, round(width * self.zoom))
 
 
@@ -242,7 +242,7 @@ class Proportions:
 
     @classmethod
     def of(cls, scene: Scene) -> Proportions:
-        """Those that suit a scene."""
+        """The proportions that suit a scene."""
         body = scene.body
         half = body.half_width
         dome = float(np.clip(0.3 * half, 0.0045, 0.0065))

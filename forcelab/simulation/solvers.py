@@ -194,7 +194,7 @@ class Solution:
     steps: NDArray[np.intp]  # (b,), steps tried in each lane, rejected ones included
 
 
-class Course:
+class SolutionBuilder:
     """The solution while it comes into being.
 
     `start` (s, b); `times` (n,).
@@ -217,7 +217,7 @@ class Course:
         events = tuple(tuple(happened) for happened in self.events)
         return Solution(self.states, events, self.steps)
 
-    def happen(self, lane: int, time: float, kinds: tuple[str, ...]) -> None:
+    def add_events(self, lane: int, time: float, kinds: tuple[str, ...]) -> None:
         """Note events of one instant."""
         happened = self.events[lane]
         happened.extend(Event(time, kind) for kind in kinds)
@@ -227,7 +227,7 @@ class Course:
                 lane, time, f"{among} follow each other without end", "raise the damping there"
             )
 
-    def spend(self, lane: int, time: float, steps: int, budget: int) -> None:
+    def count_steps(self, lane: int, time: float, steps: int, budget: int) -> None:
         """Count the steps tried in a lane."""
         self.steps[lane] += steps
         if self.steps[lane] > budget:
@@ -252,7 +252,7 @@ _WINDOW = 256
 
 
 def integrating_with_scipy(
-    system: Mechanics, solver: Explicit | Lsoda | Radau, course: Course
+    system: Mechanics, solver: Explicit | Lsoda | Radau, builder: SolutionBuilder
 ) -> Iterator[Progress]:
     """Integrate with scipy, a lane after the other.
 
@@ -261,31 +261,35 @@ def integrating_with_scipy(
     Dormand and Prince (J. Comp. Appl. Math. 6 (1980) 19-26).
     """
     for lane in range(system.lanes):
-        walk = _Walk(system.lane(lane), lane, course, solver)
-        while not walk.finished:
-            walk.advance()
-            yield course.progress()
+        integrator = _LaneIntegrator(system.lane(lane), lane, builder, solver)
+        while not integrator.finished:
+            integrator.advance()
+            yield builder.progress()
 
 
-class _Walk:
+class _LaneIntegrator:
     """One lane on its way through time."""
 
     def __init__(
-        self, system: Mechanics, lane: int, course: Course, solver: Explicit | Lsoda | Radau
+        self,
+        system: Mechanics,
+        lane: int,
+        builder: SolutionBuilder,
+        solver: Explicit | Lsoda | Radau,
     ) -> None:
         self.system = system
         self.lane = lane
-        self.course = course
+        self.builder = builder
         self.solver = solver
         self.watch = EventLocator(system)
-        self.end = float(course.times[-1])
+        self.end = float(builder.times[-1])
         self.tolerances = solver.tolerance * system.scales[:, 0]
         self.finished = False
         #: Whether all rates have been finite.
         self.sound = True
-        state = course.states[0, :, lane].copy()
-        self.sides = np.sign(system.watched(course.times[:1], state[:, None])[:, 0])
-        self._start(float(course.times[0]), state)
+        state = builder.states[0, :, lane].copy()
+        self.sides = np.sign(system.watched(builder.times[:1], state[:, None])[:, 0])
+        self._start(float(builder.times[0]), state)
 
     def advance(self) -> None:
         with np.errstate(all="ignore"), warnings.catch_warnings():
@@ -315,7 +319,7 @@ class _Walk:
         except ValueError:
             if self.sound:
                 raise
-            raise self._lost(time) from None
+            raise self._failed_step(time) from None
 
     def _rates(self, time: float, state: Array) -> Array:
         """The rates of one state (s,) or several (s, n)."""
@@ -328,16 +332,16 @@ class _Walk:
         """One step, ended at the first event in it."""
         method = self.method
         began = float(method.t)
-        self.course.spend(self.lane, began, 1, self.solver.max_steps)
+        self.builder.count_steps(self.lane, began, 1, self.solver.max_steps)
         try:
             method.step()
         except ValueError:
             # scipy's linear algebra refuses what follows from rates that are not finite.
             if self.sound:
                 raise
-            raise self._lost(began) from None
+            raise self._failed_step(began) from None
         if method.status == "failed" or not np.isfinite(method.y).all():
-            raise self._lost(began)
+            raise self._failed_step(began)
         after, within = float(method.t), method.dense_output()
         passage = self._passage(began, after, within)
         self.sides = passage.sides
@@ -346,7 +350,7 @@ class _Walk:
         self.finished = bool(self.end - after <= 8 * np.finfo(float).eps * abs(self.end))
         self._sample(after, within)
         if passage.happened:
-            self._start(after, self._happened(after, within(after), passage))
+            self._start(after, self._state_after(after, within(after), passage))
 
     def _passage(self, began: float, after: float, within: DenseOutput) -> StepEvents:
         """How the event functions pass through a step."""
@@ -360,26 +364,26 @@ class _Walk:
         try:
             return self.watch.first(self.system, path, after - began, self.sides)
         except FloatingPointError:
-            raise self._lost(began) from None
+            raise self._failed_step(began) from None
 
     def _sample(self, after: float, within: DenseOutput) -> None:
         """The states at the sample times that were passed in a step."""
-        course, lane = self.course, self.lane
-        first = course.filled[lane]
-        last = len(course.times)
+        builder, lane = self.builder, self.lane
+        first = builder.filled[lane]
+        last = len(builder.times)
         if not self.finished:
-            last = int(np.searchsorted(course.times, after, "right"))
+            last = int(np.searchsorted(builder.times, after, "right"))
         if last > first:
-            course.states[first:last, :, lane] = within(course.times[first:last]).T
-            course.filled[lane] = last
+            builder.states[first:last, :, lane] = within(builder.times[first:last]).T
+            builder.filled[lane] = last
 
-    def _happened(self, time: float, state: Array, passage: StepEvents) -> Array:
+    def _state_after(self, time: float, state: Array, passage: StepEvents) -> Array:
         """The state right after an event."""
-        self.course.happen(self.lane, time, self.watch.kinds(passage))
+        self.builder.add_events(self.lane, time, self.watch.kinds(passage))
         state, _, self.sides = self.watch.after(self.system, passage, time, state)
         return state
 
-    def _lost(self, time: float) -> InputError:
+    def _failed_step(self, time: float) -> InputError:
         """The refusal of a step that did not succeed."""
         return unresolved(
             self.lane,
@@ -463,7 +467,7 @@ _LOOKS = np.array([0.25, 0.5, 0.75, 1.0])
 _NEAR = 0.01
 
 
-def repeated(system: Mechanics, times: int) -> Mechanics:
+def repeat_lanes(system: Mechanics, times: int) -> Mechanics:
     """A system that takes `times` columns for each lane: all lanes, then all lanes again, ..."""
     if system.lanes == 1:
         return system  # takes any number of columns
@@ -493,19 +497,19 @@ class RosenbrockBatch:
     #: Names of the arrays that go with the lanes, their last axis.
     LANEWISE = ("lanes", "time", "step", "memory", "eager", "state", "values", "sides", "heading")
 
-    def __init__(self, system: Mechanics, solver: Rosenbrock, course: Course) -> None:
+    def __init__(self, system: Mechanics, solver: Rosenbrock, builder: SolutionBuilder) -> None:
         self.solver = solver
-        self.course = course
+        self.builder = builder
         self.watch = EventLocator(system)
-        self.end = float(course.times[-1])
+        self.end = float(builder.times[-1])
         #: Below this a step cannot be told from rounding.
         self.floor = max(1e-13, 8 * np.finfo(float).eps * abs(self.end))
         self.powers = np.arange(1, len(DENSE) + 1)
         self.powers_at_looks = _LOOKS[:, None] ** self.powers
         lanes = system.lanes
         self.lanes: NDArray[np.intp] = np.arange(lanes)
-        self.time = np.full(lanes, course.times[0])
-        self.state = course.states[0].copy()
+        self.time = np.full(lanes, builder.times[0])
+        self.state = builder.states[0].copy()
         self.step = np.full(lanes, min(_FIRST_STEP, solver.longest))
         self.memory = np.full(lanes, 1e-4**self.MEMORY)
         self.eager = np.ones(lanes, bool)
@@ -523,14 +527,14 @@ class RosenbrockBatch:
     def run(self) -> Iterator[Progress]:
         while self.lanes.size:
             self._advance()
-            yield self.course.progress()
+            yield self.builder.progress()
             self._drop_finished()
 
     def _arrange(self, system: Mechanics) -> None:
         """Make room for the lanes of `system`."""
         shape = count, lanes = self.state.shape
         self.system = system
-        self.looking = repeated(system, len(_LOOKS))
+        self.looking = repeat_lanes(system, len(_LOOKS))
         self.alone: dict[int, Mechanics] = {}
         self.trial = np.empty(shape)
         self.undecided = bool((self.sides == 0).any())
@@ -541,7 +545,7 @@ class RosenbrockBatch:
         self.ended = np.empty((_ROUNDS, lanes))
         self.stages = np.empty((len(NODES), count, lanes))
         self.flat = self.stages.reshape(len(NODES), -1)
-        self.varied = repeated(system, count + 2)
+        self.varied = repeat_lanes(system, count + 2)
         self.back = np.empty((lanes, count, count))
         self._weigh()
 
@@ -587,7 +591,7 @@ class RosenbrockBatch:
         np.copyto(self.state, self.trial, where=good)
         np.copyto(self.time, after, where=good)
         for lane, passage in passages.items():
-            self._happen(lane, passage, slot)
+            self._add_events(lane, passage, slot)
         return True
 
     def _try(self, length: Array, growth: Array) -> tuple[Array, Array]:
@@ -731,14 +735,14 @@ class RosenbrockBatch:
                 int(self.lanes[lane]), began, str(error), "look at the scene's numbers"
             ) from None
 
-    def _happen(self, lane: int, passage: StepEvents, slot: int) -> None:
+    def _add_events(self, lane: int, passage: StepEvents, slot: int) -> None:
         """End a lane's step at an event and start afresh from there."""
         number = int(self.lanes[lane])
         began, length = self.starts[slot, lane], self.lengths[slot, lane]
         time = float(began + passage.share * length)
         growth = self.growth[slot, :, :, lane]
         state = self.before[slot, :, lane] + passage.share**self.powers @ growth
-        self.course.happen(number, time, self.watch.kinds(passage))
+        self.builder.add_events(number, time, self.watch.kinds(passage))
         alone = self._alone(lane)
         after = self.watch.after(alone, passage, time, state)
         self.state[:, lane], self.values[:, lane], self.sides[:, lane] = after
@@ -752,25 +756,25 @@ class RosenbrockBatch:
 
     def _sample(self, rounds: int) -> None:
         """The states at the sample times that were passed in a window."""
-        course = self.course
+        builder = self.builder
         for lane, number in enumerate(self.lanes):
             tried = int(np.count_nonzero(self.lengths[:rounds, lane]))
-            course.spend(int(number), self.time[lane], tried, self.solver.max_steps)
+            builder.count_steps(int(number), self.time[lane], tried, self.solver.max_steps)
             done = np.flatnonzero(self.ended[:rounds, lane] > -np.inf)
             if not len(done):
                 continue
             ended = self.ended[done, lane]
-            first, last = course.filled[number], len(course.times)
+            first, last = builder.filled[number], len(builder.times)
             if self.end - ended[-1] >= self.floor:
-                last = int(np.searchsorted(course.times, ended[-1], "right"))
-            sample_times = course.times[first:last]
+                last = int(np.searchsorted(builder.times, ended[-1], "right"))
+            sample_times = builder.times[first:last]
             slot = done[np.minimum(np.searchsorted(ended, sample_times), len(done) - 1)]
             shares = (sample_times - self.starts[slot, lane]) / self.lengths[slot, lane]
             growth = self.growth[slot, :, :, lane]
-            course.states[first:last, :, number] = self.before[slot, :, lane] + np.einsum(
+            builder.states[first:last, :, number] = self.before[slot, :, lane] + np.einsum(
                 "nps,np->ns", growth, shares[:, None] ** self.powers
             )
-            course.filled[number] = last
+            builder.filled[number] = last
 
     def _drop_finished(self) -> None:
         """Go on without the finished lanes once they are half of all."""
@@ -814,9 +818,9 @@ def integrating(
     system: Mechanics, start: Array, times: Array, solver: Solver
 ) -> Generator[Progress, None, Solution]:
     """As :func:`integrate`, as a job whose progress counts the samples of all lanes."""
-    course = Course(start, times)
+    builder = SolutionBuilder(start, times)
     if isinstance(solver, Rosenbrock):
-        yield from RosenbrockBatch(system, solver, course).run()
+        yield from RosenbrockBatch(system, solver, builder).run()
     else:
-        yield from integrating_with_scipy(system, solver, course)
-    return course.solution()
+        yield from integrating_with_scipy(system, solver, builder)
+    return builder.solution()

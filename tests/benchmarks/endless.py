@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Demonstration
 from forcelab.jobs import Progress
 from forcelab.measure.rows import Row
-from forcelab.recognition.live import OnlineRecogniser, budget_of
+from forcelab.recognition.online import OnlineRecogniser, budget_of
 from forcelab.recognition.recogniser import Recogniser
 
 Codes = NDArray[np.int64]

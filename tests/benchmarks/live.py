@@ -16,7 +16,7 @@ from forcelab.measure.cwt import made_up_demonstration
 from forcelab.measure.recognition import measure_peak
 from forcelab.measure.rows import Row, Table, with_front
 from forcelab.recognition.examples import LabelledDemonstration
-from forcelab.recognition.live import OnlineRecogniser
+from forcelab.recognition.online import OnlineRecogniser
 from forcelab.recognition.presets import preset
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.training import train

@@ -41,7 +41,7 @@ from forcelab.labels import UNLABELLED
 from forcelab.measure.cwt import Library
 from forcelab.measure.recognition import (
     Prepared,
-    Spent,
+    VariantResult,
     measure_peak,
     measure_seconds,
     recognise,
@@ -481,7 +481,7 @@ def measuring_peers(
         try:
             peer.check()
             prepared = _prepare(peer, used)
-            spent = {way: Spent() for way in WAYS}
+            spent = {way: VariantResult() for way in WAYS}
             for i, part in enumerate(parts):
                 _fold(peer, prepared, part, spent)
                 yield Progress(number * len(parts) + i + 1, len(PEERS) * len(parts), peer.name)
@@ -518,7 +518,9 @@ def _steps(item: LabelledDemonstration, rate: float) -> tuple[Examples, Real, ND
     return example, channels.apply(grid.signals), places
 
 
-def _fold(peer: Peer, prepared: Prepared, part: Sequence[int], spent: dict[str, Spent]) -> None:
+def _fold(
+    peer: Peer, prepared: Prepared, part: Sequence[int], spent: dict[str, VariantResult]
+) -> None:
     """Let a peer learn from all demonstrations but some, and recognise those."""
     every = actions_of(prepared.examples)
     train = [example for i, example in enumerate(prepared.examples) if i not in part]

@@ -35,7 +35,7 @@ from forcelab.errors import InputError
 from forcelab.gui import theme
 from forcelab.gui.app import quiet_qt
 from forcelab.gui.capture.controller import CaptureState
-from forcelab.gui.capture.live_model import RecogniserSelection
+from forcelab.gui.capture.recognition_controller import RecogniserSelection
 from forcelab.gui.capture.workspace import CaptureWorkspace
 from forcelab.gui.kit.time_panel import TimePanel
 from forcelab.gui.label.overview import Overview
@@ -1024,12 +1024,12 @@ def _choose(page: CaptureWorkspace, channel: str, recogniser: Path | None) -> No
     """Show a scalogram or none, recognise or not, and wait until it does."""
     page.scalogram.choose(channel)
     until(lambda: bool(page.scalogram.strip) == bool(channel))
-    live_model = page.controller.live_model
-    if (recogniser is None) == (live_model.selection is None):
+    recognition = page.controller.recognition
+    if (recogniser is None) == (recognition.selection is None):
         return
-    live_model.set_latency(LATENCY)
-    live_model.select(None if recogniser is None else RecogniserSelection("measured", recogniser))
-    until(lambda: recogniser is None or live_model.track.snapshot is not None)
+    recognition.set_latency(LATENCY)
+    recognition.select(None if recogniser is None else RecogniserSelection("measured", recogniser))
+    until(lambda: recogniser is None or recognition.track.snapshot is not None)
 
 
 def _latencies_of_frames(

@@ -5,17 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from forcelab.capture.assemble import (
-    AUTOREPEAT_SECONDS,
-    DeviceStream,
-    LiveMarks,
-    align,
-    assemble,
-    away_remarks,
-    loss_remark,
-)
+from forcelab.capture.align import DeviceStream, align
+from forcelab.capture.assemble import assemble, away_remarks, loss_remark
 from forcelab.capture.device import Block
 from forcelab.capture.journal import RecordKind, encode_block, encode_header, encode_record
+from forcelab.capture.live_marks import AUTOREPEAT_SECONDS, LiveMarks
 from forcelab.errors import InputError
 from tests.capture.helpers import journal_of
 
@@ -84,11 +78,8 @@ def test_each_camera_that_gave_pictures_is_a_video_even_if_two_have_one_name(tmp
     recorded = [*samples(times, three(times)), *frames]
     d = assemble(contents([device()], recorded, cameras=cameras), tmp_path).demonstration
     assert d.name == "LEGO 01"
-    assert [(v.name, v.path.name) for v in d.videos] == [
-        ("webcam", "0.mkv"),
-        ("video 2", "1.mkv"),
-        ("side", "2.mkv"),
-    ]
+    videos = [(v.name, v.path.name) for v in d.videos]
+    assert videos == [("webcam", "0.mkv"), ("video 2", "1.mkv"), ("side", "2.mkv")]
     offsets = np.array([video.clock.offset for video in d.videos])
     np.testing.assert_allclose(np.diff(offsets), 0.01, atol=1e-9)
 
@@ -210,8 +201,7 @@ def test_lines_without_a_counter_count_themselves_where_they_come_evenly(tmp_pat
     np.testing.assert_allclose(uneven.demonstration.times, odd - odd[0], atol=1e-9)
 
 
-@pytest.mark.parametrize("seconds", [8.5, 12.0])
-@pytest.mark.parametrize("begin", [1.5, 3.0])
+@pytest.mark.parametrize(("seconds", "begin"), [(8.5, 3.0), (12.0, 1.5)])
 @pytest.mark.parametrize(("ticks", "rate"), [(True, 400.0), (False, 398.0), (False, 403.0)])
 def test_a_stall_over_half_of_a_short_recording_is_no_gap(tmp_path, seconds, begin, rate, ticks):
     times = START + np.arange(round(400 * seconds)) / 400
@@ -242,16 +232,10 @@ def test_marks_of_keys_held_down_become_segments(tmp_path):
         note(RecordKind.MARK, at=START + at, action=action, down=down) for at, action, down in marks
     ]
     assembled = assemble(contents([device()], records), tmp_path)
-    segments = [
-        (round(s.start, 3), round(s.end, 3), s.action) for s in assembled.tracks[0].segments
-    ]
-    assert segments == [
-        (0, 0.05, "still"),
-        (0.1, 0.2, "grab"),
-        (0.2, 0.4, "hold"),
-        (0.9, 1.0, "pull"),
-    ]
-    assert assembled.tracks[0].author == "Ann"
+    (track,) = assembled.tracks
+    found = [(round(s.start, 3), round(s.end, 3), s.action) for s in track.segments]
+    pressed = [(0, 0.05, "still"), (0.1, 0.2, "grab"), (0.2, 0.4, "hold"), (0.9, 1.0, "pull")]
+    assert (track.author, found) == ("Ann", pressed)
 
 
 def test_a_torn_end_is_said(tmp_path):

@@ -263,8 +263,7 @@ def test_words_that_mean_no_camera_are_refused_before_one_is_looked_for(which):
 def test_a_camera_that_is_named_twice_is_refused_and_the_first_let_go_of(monkeypatch):
     opened = []
     monkeypatch.setattr(
-        "forcelab.capture.camera.open_camera",
-        lambda _: opened.append(FakeCamera()) or opened[-1],
+        "forcelab.capture.camera.open_camera", lambda _: opened.append(FakeCamera()) or opened[-1]
     )
     with pytest.raises(InputError, match="camera 0 is named twice"):
         open_cameras(["0", "1", "0"])

@@ -2,6 +2,7 @@
 
 import re
 import time
+from contextlib import ExitStack
 
 import numpy as np
 import pytest
@@ -39,6 +40,19 @@ def answers_are_awaited_less(monkeypatch):
     """For devices that never answer: less is waited for what does not come."""
     monkeypatch.setattr(optoforce, "ANSWER_SECONDS", 0.15)
     monkeypatch.setattr(encoder, "ANSWER_SECONDS", 0.15)
+
+
+@pytest.fixture
+def opened():
+    """Open a device, and close it when the test has ended."""
+    with ExitStack() as stack:
+
+        def open_device(device):
+            device.open()
+            stack.callback(device.close)
+            return device
+
+        yield open_device
 
 
 def nothing():
@@ -97,16 +111,14 @@ def remarked(device, words, seconds=15.0):
     return remarks
 
 
-def test_every_sample_comes_once_with_its_tick_and_the_stamp_of_its_read():
+def test_every_sample_comes_once_with_its_tick_and_the_stamp_of_its_read(opened):
     with VirtualOptoForce(numbered, step=10) as virtual:
-        device = OptoForce(virtual.port, ports=nothing)
-        device.open()
+        device = opened(OptoForce(virtual.port, ports=nothing))
         assert virtual.configured == [(1, 4, 0)]
         assert device.serial == "ISE123AB"
         assert [c.name for c in device.channels] == ["fx1", "fy1", "fz1"]
         assert {c.unit for c in device.channels} == {""}
-        blocks = collect(device, 400)
-        device.close()
+        blocks = collect(device, 200)
     truth = virtual.truth()
     values, ticks = join_blocks(blocks, "values"), join_blocks(blocks, "ticks")
     assert ticks[0] == 0
@@ -120,14 +132,14 @@ def test_every_sample_comes_once_with_its_tick_and_the_stamp_of_its_read():
     assert device.remarks() == ()
 
 
-def test_counts_become_newtons_by_axis_sign_and_serial_number(tmp_path):
+def test_counts_become_newtons_by_axis_sign_and_serial_number(opened, tmp_path):
     sheet = tmp_path / "sheet.toml"
     sheet.write_text(SHEET)
     with VirtualOptoForce(steady(400, -400, 10)) as virtual:
-        device = parse_device(f"optoforce:{virtual.port}?calibration={sheet}&rate=500&filter=0")
-        device.open()
+        device = opened(
+            parse_device(f"optoforce:{virtual.port}?calibration={sheet}&rate=500&filter=0")
+        )
         values = collect(device, 20)[-1].values
-        device.close()
     assert virtual.configured == [(2, 0, 0)]
     assert values[-1] == pytest.approx([1.0, -4.0, 1.0])
     assert {c.unit for c in device.channels} == {"N"}
@@ -159,10 +171,9 @@ def test_other_kinds_tell_their_channels_by_themselves(axes):
     np.testing.assert_array_equal(values[-1], np.arange(axes))
 
 
-def test_zeroing_takes_the_present_readings_and_survives_the_cable(tmp_path):
+def test_zeroing_takes_the_present_readings_and_survives_the_cable(opened, tmp_path):
     with VirtualOptoForce(steady(400, -400, 10)) as virtual:
-        device = OptoForce(virtual.port, ports=nothing)
-        device.open()
+        device = opened(OptoForce(virtual.port, ports=nothing))
         collect(device, 20)
         device.zero()
         values = collect(device, 50)
@@ -175,27 +186,23 @@ def test_zeroing_takes_the_present_readings_and_survives_the_cable(tmp_path):
         assert join_blocks(collect(device, 50), "values") == pytest.approx(0.0)
         device.zero()
         assert not join_blocks(collect(device, 50), "values").any()
-        device.close()
 
 
-def test_lost_packets_are_gaps_in_the_ticks():
+def test_lost_packets_are_gaps_in_the_ticks(opened):
     faults = Faults(lost=0.05, corrupted=0.001, doubled=0.001)
     with FaultyOptoForce(numbered, step=3) as virtual:
-        device = OptoForce(virtual.port, ports=nothing)
-        device.open()
+        device = opened(OptoForce(virtual.port, ports=nothing))
         virtual.faults = faults
-        blocks = collect(device, 500)
-        device.close()
+        blocks = collect(device, 250)
     values, ticks = join_blocks(blocks, "values"), join_blocks(blocks, "ticks")
     # Each tick is one sample of the device, whatever was lost.
     np.testing.assert_array_equal(ticks - ticks[0], values[:, 0] - values[0, 0])
     assert ticks[-1] - ticks[0] + 1 > len(ticks)
 
 
-def test_unplugged_and_plugged_in_again_it_is_one_stream_with_a_gap():
+def test_unplugged_and_plugged_in_again_it_is_one_stream_with_a_gap(opened):
     with VirtualOptoForce(numbered, first=500) as virtual:
-        device = OptoForce(virtual.port, ports=nothing)
-        device.open()
+        device = opened(OptoForce(virtual.port, ports=nothing))
         blocks = collect(device, 100)
         virtual.unplug()
         more, remarks = collect_until_gone(device)
@@ -206,7 +213,6 @@ def test_unplugged_and_plugged_in_again_it_is_one_stream_with_a_gap():
         virtual.replug()
         back(device)
         blocks += more + collect(device, 100)
-        device.close()
     assert device.connections == 2
     assert virtual.configured == [(1, 4, 0)] * 2  # told again
     ticks, values = join_blocks(blocks, "ticks"), join_blocks(blocks, "values")
@@ -223,15 +229,14 @@ def test_unplugged_and_plugged_in_again_it_is_one_stream_with_a_gap():
     assert abs(steps[gap] - truth) < 20 + 1000 * late.max()
 
 
-def test_it_is_found_again_at_another_port_by_its_serial_number(tmp_path):
+def test_it_is_found_again_at_another_port_by_its_serial_number(opened, tmp_path):
     ports = []
     with (
         VirtualOptoForce(numbered, serial="ISE00001") as virtual,
         VirtualOptoForce(steady(1, 2, 3), serial="ISE00002") as other,
     ):
         ports[:] = [other.port]
-        device = OptoForce(virtual.port, ports=lambda: ports)
-        device.open()
+        device = opened(OptoForce(virtual.port, ports=lambda: ports))
         old = device.name
         virtual.unplug()
         collect_until_gone(device)
@@ -242,7 +247,6 @@ def test_it_is_found_again_at_another_port_by_its_serial_number(tmp_path):
         back(device)
         assert device.name == f"optoforce:{virtual.port}" != old
         assert join_blocks(collect(device, 50), "values")[-1, 0] > 50
-        device.close()
         assert other.configured == []
 
 
@@ -254,27 +258,24 @@ def test_one_that_is_wanted_by_its_serial_number_is_not_mixed_up():
 
 
 @pytest.mark.usefixtures("answers_are_awaited_less")
-def test_one_that_does_not_answer_is_read_and_remarked():
+def test_one_that_does_not_answer_is_read_and_remarked(opened):
     virtual = VirtualOptoForce(numbered)
     virtual.answers = False
     with virtual:
-        device = OptoForce(virtual.port, ports=nothing)
-        device.open()
+        device = opened(OptoForce(virtual.port, ports=nothing))
         collect(device, 30)
         remarks = device.remarks()
-        device.close()
     assert device.serial is None
     assert any("does not tell its serial number" in remark for remark in remarks)
     assert any("did not confirm" in remark for remark in remarks)
 
 
 @pytest.mark.usefixtures("answers_are_awaited_less")
-def test_one_with_other_sensors_is_not_taken_for_the_one_that_was_unplugged():
+def test_one_with_other_sensors_is_not_taken_for_the_one_that_was_unplugged(opened):
     virtual, other = VirtualOptoForce(steady(1, 2, 3)), VirtualOptoForce(steady(*range(12)))
     virtual.answers = other.answers = False  # no serial number tells them apart
     with virtual:
-        device = OptoForce(virtual.port, ports=nothing)
-        device.open()
+        device = opened(OptoForce(virtual.port, ports=nothing))
         virtual.unplug()
         other.path, other._homeless = virtual.path, False
         with other, pytest.raises(UnpluggedError):
@@ -282,7 +283,6 @@ def test_one_with_other_sensors_is_not_taken_for_the_one_that_was_unplugged():
         virtual.replug()
         device.reopen()
         assert collect(device, 30)[0].values.shape[1] == 3
-        device.close()
 
 
 @pytest.mark.usefixtures("answers_are_awaited_less")
@@ -293,33 +293,29 @@ def test_what_is_no_daq_is_refused_in_a_sentence():
             device.open()
 
 
-def test_overload_is_remarked_once_and_marks_its_samples():
+def test_overload_is_remarked_once_and_marks_its_samples(opened):
     with VirtualOptoForce(numbered) as virtual:
-        device = OptoForce(virtual.port, ports=nothing)
-        device.open()
+        device = opened(OptoForce(virtual.port, ports=nothing))
         virtual.status = 1 << 9  # Fx
         remarks = remarked(device, "overloaded in Fx")
-        blocks = collect(device, 200)
+        blocks = collect(device, 100)
         remarks += device.remarks()
         virtual.status = 1 << 10 | 2
         remarks += remarked(device, "absent")
-        device.close()
     assert sum("overloaded" in remark for remark in remarks) == 1
     assert any("Sensor 2 is absent" in remark for remark in remarks)
     assert (blocks[-1].status == 1 << 9).any()
 
 
-def test_a_daq_that_falls_silent_is_remarked_once(monkeypatch):
-    monkeypatch.setattr(optoforce, "SILENCE_SECONDS", 0.3)
+def test_a_daq_that_falls_silent_is_remarked_once(opened, monkeypatch):
+    monkeypatch.setattr(optoforce, "SILENCE_SECONDS", 0.15)
     with VirtualOptoForce(numbered) as virtual:
-        device = OptoForce(virtual.port, ports=nothing)
-        device.open()
+        device = opened(OptoForce(virtual.port, ports=nothing))
         collect(device, 30)
-        virtual.stall(0.6)
+        virtual.stall(0.3)
         remarks = remarked(device, "has sent no valid packet")
-        collect(device, 200)
+        collect(device, 50)
         remarks += device.remarks()
-        device.close()
     assert sum("no valid packet" in remark for remark in remarks) == 1
 
 
@@ -349,15 +345,14 @@ def test_sensors_of_several_daqs_are_numbered_through():
     assert names[-3:] == ["fx5", "fy5", "fz5"]
 
 
-def test_text_with_a_clock_is_counted_by_it():
+def test_text_with_a_clock_is_counted_by_it(opened):
     def source(times):
         return np.column_stack([times, np.sin(times)])
 
     with VirtualTextDevice(
         source, 200, names=("t", "s"), labelled=True, clock="time_ms"
     ) as virtual:
-        device = TextDevice(virtual.port, ports=nothing)
-        device.open()
+        device = opened(TextDevice(virtual.port, ports=nothing))
         assert [c.name for c in device.channels] == ["t", "s"]
         assert device.rate == pytest.approx(200, rel=0.01)
         assert not device.measured
@@ -367,22 +362,19 @@ def test_text_with_a_clock_is_counted_by_it():
         virtual.replug()
         back(device)
         again = collect(device, 20)
-        device.close()
     ticks, values = join_blocks(blocks, "ticks"), join_blocks(blocks, "values")
     np.testing.assert_array_equal(np.diff(ticks), np.round(np.diff(values[:, 0]) * 200))
     assert join_blocks(again, "ticks")[0] > ticks[-1]
     assert device.connections == 2
 
 
-def test_text_without_a_clock_counts_its_lines_and_can_be_zeroed():
+def test_text_without_a_clock_counts_its_lines_and_can_be_zeroed(opened):
     with VirtualTextDevice(lambda t: np.full((len(t), 1), 5.0), 200, junk=0.1) as virtual:
-        device = parse_device(f"text:{virtual.port}?baud=9600&rate=200")
-        device.open()
+        device = opened(parse_device(f"text:{virtual.port}?baud=9600&rate=200"))
         blocks = collect(device, 40)
         device.zero()
         assert not collect(device, 5)[-1].values.any()
         assert device._parser.junk_lines > 0
-        device.close()
     assert (device.rate, device.measured, device.counted) == (200, False, False)
     assert (np.diff(join_blocks(blocks, "ticks")) == 1).all()
     assert (join_blocks(blocks, "values") == 5.0).all()
@@ -433,18 +425,16 @@ def test_the_rate_of_text_is_measured_though_lines_come_in_bursts(rate, burst, m
     assert np.isnan(state.clock_rate)
 
 
-def test_stamps_in_whole_milliseconds_tell_the_rate_by_all_of_them():
+def test_stamps_in_whole_milliseconds_tell_the_rate_by_all_of_them(opened):
     def source(times):
         return np.column_stack([np.sin(times)])
 
     with VirtualTextDevice(source, 330, names=("s",), labelled=True, clock="time_ms") as virtual:
-        device = TextDevice(virtual.port, ports=nothing)
-        device.open()
-        device.close()
+        device = opened(TextDevice(virtual.port, ports=nothing))
     assert device.rate == pytest.approx(330, rel=0.01)  # 1 / 3 ms is 333
 
 
-def test_a_channel_without_a_reading_keeps_its_zero_when_a_text_device_is_zeroed():
+def test_a_channel_without_a_reading_keeps_its_zero_when_a_text_device_is_zeroed(opened):
     present = []
 
     def source(times):
@@ -452,14 +442,12 @@ def test_a_channel_without_a_reading_keeps_its_zero_when_a_text_device_is_zeroed
         return np.column_stack([np.full(len(times), 5.0), np.full(len(times), second)])
 
     with VirtualTextDevice(source, 200) as virtual:
-        device = TextDevice(virtual.port, rate=200, ports=nothing)
-        device.open()
+        device = opened(TextDevice(virtual.port, rate=200, ports=nothing))
         first = collect(device, 5)
         assert np.isnan(first[-1].values[-1, 1])
         device.zero()
         present.append(True)
-        values = join_blocks(collect(device, 100), "values")
-        device.close()
+        values = join_blocks(collect(device, 30), "values")
     np.testing.assert_array_equal(values[-1], [0.0, 7.0])
 
 
@@ -473,13 +461,12 @@ def test_a_device_that_prints_no_numbers_is_told_with_the_cure(monkeypatch):
 
 
 @pytest.mark.parametrize("bang", [True, False])
-def test_an_encoder_gives_its_count_when_it_changes_and_holds_it_in_between(bang):
+def test_an_encoder_gives_its_count_when_it_changes_and_holds_it_in_between(opened, bang):
     def source(times):
-        return np.floor(50 * np.clip(times, 0.0, 0.6))[:, None]
+        return np.floor(200 * np.clip(times, 0.0, 0.15))[:, None]
 
     with VirtualEncoder(source, bang=bang, serial=77) as virtual:
-        device = parse_device(f"encoder:{virtual.port}?scale=0.5&unit=mm")
-        device.open()
+        device = opened(parse_device(f"encoder:{virtual.port}?scale=0.5&unit=mm"))
         assert device.holds
         assert [(c.name, c.unit) for c in device.channels] == [("opening", "mm")]
         blocks = []
@@ -489,7 +476,7 @@ def test_an_encoder_gives_its_count_when_it_changes_and_holds_it_in_between(bang
             block = device.read(0.1)
             if block is not None:
                 blocks.append(block)
-        assert device.read(0.1) is None  # it stands still
+        assert device.read(0.05) is None  # it stands still
         assert device.serial == "77"
         device.zero()
         virtual.unplug()
@@ -497,7 +484,6 @@ def test_an_encoder_gives_its_count_when_it_changes_and_holds_it_in_between(bang
         virtual.replug()
         back(device)
         assert any("lost its count" in remark for remark in device.remarks())
-        device.close()
     values = join_blocks(blocks, "values")[:, 0]
     assert (np.diff(values) == 0.5).all()
 
@@ -550,11 +536,10 @@ def test_what_does_not_answer_is_no_encoder():
         Encoder(virtual.port, ports=nothing).open()
 
 
-def test_a_line_device_is_looked_for_by_its_usb_serial_number():
+def test_a_line_device_is_looked_for_by_its_usb_serial_number(opened):
     with VirtualTextDevice(lambda t: t[:, None], 1000) as virtual:
         ports = [FoundPort(virtual.port, "text", "", "A1", (1, 2), usable=True)]
-        device = TextDevice(virtual.port, rate=1000, ports=lambda: ports)
-        device.open()
+        device = opened(TextDevice(virtual.port, rate=1000, ports=lambda: ports))
         virtual.unplug()
         collect_until_gone(device)
         ports.clear()
@@ -564,7 +549,6 @@ def test_a_line_device_is_looked_for_by_its_usb_serial_number():
         ports.append(FoundPort(virtual.port, "text", "", "A1", (1, 2), usable=True))
         back(device)
         assert device.name.endswith("ttyUSB5")
-        device.close()
 
 
 @pytest.mark.parametrize(

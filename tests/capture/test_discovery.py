@@ -7,7 +7,6 @@ from types import SimpleNamespace
 
 import pytest
 
-from forcelab.capture import discovery
 from forcelab.capture.discovery import (
     FoundCamera,
     FoundPort,
@@ -127,14 +126,6 @@ def test_cameras_are_listed_by_the_number_that_is_said(plugged, capsys, monkeypa
     shown = capsys.readouterr().out
     assert "--camera 2" in shown
     assert "not yours to open" in shown
-
-
-def test_without_pyserial_that_is_said(monkeypatch):
-    import sys
-
-    monkeypatch.setitem(sys.modules, "serial.tools", None)
-    with pytest.raises(InputError, match="pip install pyserial"):
-        discovery.find_ports()
 
 
 def kernel_list(folder, **names):

@@ -7,12 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from forcelab.capture.encoder import (
-    COUNT,
-    EncoderParser,
-    Reply,
-    setup_commands,
-)
+from forcelab.capture.encoder import COUNT, EncoderParser, Reply, setup_commands
 from forcelab.errors import InputError
 
 

@@ -80,7 +80,7 @@ def test_uneven_stamps_of_what_was_sampled_evenly_are_evened_out(project):
     delays = np.random.default_rng(0).uniform(0.0, 0.004, 1000)  # of deliveries of ten samples
     with sending("forces", late=lambda k: delays[k // 10]) as sender:
         demonstration, start, remarks = record(
-            project, parse_device("lsl:forces"), lambda r: r.state().devices[0].samples > 400
+            project, parse_device("lsl:forces"), lambda r: r.state().devices[0].samples > 300
         )
     assert remarks == []
     sent = host_clock(sender.stamp(demonstration.signals[:, 0]))
@@ -106,11 +106,11 @@ def test_samples_that_the_sender_left_out_are_a_gap_and_move_no_other(project):
 def test_a_long_hole_is_one_gap_and_no_lower_rate(project):
     with sending("gappy") as sender, Recorder(project, [parse_device("lsl:gappy")]) as recorder:
         recorder.start("hold")
-        eventually(lambda: recorder.state().devices[0].samples > 100)
-        first = sender.sent + 200
+        eventually(lambda: recorder.state().devices[0].samples > 50)
+        first = sender.sent + 100
         sender.leave_out = range(first, first + 150)
         # Evened out on either side of it: that is no reason not to count.
-        eventually(lambda: recorder.latest(0.0)[0][2][0, 0] > first + 250)
+        eventually(lambda: recorder.latest(0.0)[0][2][0, 0] > first + 200)
         [device] = recorder.state().devices
         saved = recorder.stop()
     assert (device.lost, device.rate) == (150, pytest.approx(500.0, rel=0.02))
@@ -197,7 +197,7 @@ def test_markers_are_labels_of_their_stream_until_the_next_one(project):
 def test_stamps_of_another_clock_are_told_and_the_arrivals_taken(project):
     with sending("forces", offset=time.time()):
         demonstration, _, remarks = record(
-            project, parse_device("lsl:forces"), lambda r: r.state().devices[0].samples > 300
+            project, parse_device("lsl:forces"), lambda r: r.state().devices[0].samples > 150
         )
     count = len(demonstration.times)
     assert any("its program does not stamp by the clock of LSL" in remark for remark in remarks)

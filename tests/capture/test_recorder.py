@@ -29,13 +29,8 @@ def _no_thread_is_left():
 def loaded(project, key):
     with Project.open(project) as opened:
         d = opened.demonstrations.load(key)
-        return (
-            d,
-            np.array(d.times),
-            np.array(d.signals),
-            opened.media.stamps(d.id),
-            opened.tracks.of(d.id),
-        )
+        stamps, tracks = opened.media.stamps(d.id), opened.tracks.of(d.id)
+        return d, np.array(d.times), np.array(d.signals), stamps, tracks
 
 
 def wait_for_samples(recorder, samples, device=0):
@@ -51,13 +46,13 @@ def wait_for_seconds(recorder, seconds, device=0):
 def test_a_recording_is_in_the_project_with_all_its_samples_and_stamps(project):
     with Recorder(project, [FakeDevice()]) as recorder:
         assert recorder.start("LEGO") == "LEGO 01"
-        wait_for_samples(recorder, 400)
+        wait_for_samples(recorder, 200)
         assert recorder.state().recording
         saved = recorder.stop()
     d, times, signals, stamps, tracks = loaded(project, "LEGO 01")
     assert d.task == "LEGO"
     assert tracks == ()
-    assert saved.samples == len(times) >= 400
+    assert saved.samples == len(times) >= 200
     assert [channel.name for channel in d.channels] == ["fx1", "fy1", "fz1"]
     assert (np.diff(signals[:, 0]) == 1).all()
     np.testing.assert_array_equal(stamps["ticks_0"], signals[:, 0])
@@ -96,10 +91,10 @@ def test_two_daqs_and_an_encoder_are_one_demonstration_on_one_clock(project):
     with Recorder(project, devices) as recorder:
         wait_for_samples(recorder, 1, 2)  # what it gave before the recording holds
         recorder.start("LEGO")
-        wait_for_samples(recorder, 300)
+        wait_for_samples(recorder, 100)
         encoder.changes = [7]
         wait_for_samples(recorder, 1, 2)
-        wait_for_samples(recorder, 600)
+        wait_for_samples(recorder, 300)
         recorder.stop()
     d, _, signals, stamps, _ = loaded(project, "LEGO 01")
     names = [channel.name for channel in d.channels]
@@ -155,7 +150,7 @@ def test_what_a_device_lost_while_it_was_away_is_told_live_as_it_is_kept(project
         wait_for_seconds(recorder, 0.1)
         device.gone.set()
         eventually(lambda: "unplugged" in recorder.state().devices[0].alarms)
-        time.sleep(0.15)
+        time.sleep(0.1)
         device.gone.clear()
         eventually(lambda: recorder.state().devices[0].plugged)
         wait_for_seconds(recorder, 0.1)
@@ -163,7 +158,7 @@ def test_what_a_device_lost_while_it_was_away_is_told_live_as_it_is_kept(project
         saved = recorder.stop()
     (remark,) = saved.remarks
     if continues:
-        assert lost >= 150
+        assert lost >= 100
         loss = "samples of fake:0 were lost and the device was unplugged once for 0"
         assert remark.startswith(f"{lost} {loss}")
     else:
@@ -180,8 +175,7 @@ def test_a_device_that_stays_away_until_the_end_makes_the_recording_shorter(proj
             wait_for_seconds(recorder, 0.1)
             gone.gone.set()
             eventually(lambda: any(not device.plugged for device in recorder.state().devices))
-            until = time.monotonic() + 0.3
-            eventually(lambda until=until: time.monotonic() > until)
+            time.sleep(0.15)
             said.append((recorder.state().seconds, recorder.stop()))
         gone.gone.clear()
     away = r"fake:%d was unplugged until the end, for the last (\d\.\d) s; "
@@ -189,7 +183,7 @@ def test_a_device_that_stays_away_until_the_end_makes_the_recording_shorter(proj
     match = re.fullmatch(away % 0 + r"the recording is shorter by that\.", short)
     seconds, saved = said[0]
     assert float(match[1]) == pytest.approx(seconds - saved.seconds, abs=0.2)
-    assert float(match[1]) >= 0.3
+    assert float(match[1]) >= 0.1
     assert re.fullmatch(away % 1 + r"its channels are empty from then on\.", missing)
 
 
@@ -197,18 +191,18 @@ def test_a_second_device_that_is_away_is_missing_and_the_first_goes_on(project):
     second = FakeDevice("fake:1")
     with Recorder(project, [FakeDevice(), second]) as recorder:
         recorder.start("LEGO")
-        wait_for_seconds(recorder, 0.1, 1)
+        wait_for_seconds(recorder, 0.05, 1)
         second.gone.set()
-        wait_for_seconds(recorder, 0.2)
+        wait_for_seconds(recorder, 0.1)
         second.gone.clear()
         eventually(lambda: recorder.state().devices[1].plugged)
-        wait_for_seconds(recorder, 0.1, 1)
+        wait_for_seconds(recorder, 0.05, 1)
         wait_for_seconds(recorder, 0.05)
         recorder.stop()
     _, times, signals, _, _ = loaded(project, "LEGO 01")
     missing = np.isnan(signals[:, 3])
     assert np.isfinite(signals[:, :3]).all()
-    assert missing.sum() > 150
+    assert missing.sum() > 75
     assert np.count_nonzero(np.diff(missing.astype(int))) == 2  # one stretch
     assert (np.diff(times) < 0.02).all()
 
@@ -217,9 +211,9 @@ def test_lost_samples_are_counted_said_and_absent(project):
     device = FakeDevice()
     with Recorder(project, [device]) as recorder:
         recorder.start("LEGO")
-        first = device.next + 100  # what comes before a recording is not of it
-        device.lose = np.r_[first : first + 20, first + 200]
-        wait_for_samples(recorder, 400)
+        first = device.next + 50  # what comes before a recording is not of it
+        device.lose = np.r_[first : first + 20, first + 100]
+        wait_for_samples(recorder, 200)
         state = recorder.state().devices[0]
         saved = recorder.stop()
     assert state.lost == 21
@@ -229,8 +223,8 @@ def test_lost_samples_are_counted_said_and_absent(project):
 
 
 def test_saturation_stalling_and_drift_are_alarms(project, monkeypatch):
-    monkeypatch.setattr("forcelab.capture.reader._STALLED", 0.3)
-    monkeypatch.setattr("forcelab.capture.clock._SETTLED", 0.5)
+    monkeypatch.setattr("forcelab.capture.reader._STALLED", 0.15)
+    monkeypatch.setattr("forcelab.capture.clock._SETTLED", 0.3)
     device = FakeDevice(ppm=5_000)
     device.status = 1 << 7
     with Recorder(project, [device]) as recorder:
@@ -244,12 +238,12 @@ def test_saturation_stalling_and_drift_are_alarms(project, monkeypatch):
 
 def test_a_device_that_gives_other_than_it_was_told_is_said_once(project, monkeypatch):
     for module in ("reader", "clock"):
-        monkeypatch.setattr(f"forcelab.capture.{module}._SETTLED", 1.0)
+        monkeypatch.setattr(f"forcelab.capture.{module}._SETTLED", 0.5)
     wrong, right = FakeDevice("wrong:0", ppm=-100_000), FakeDevice("right:0", ppm=500)
     remarks = []
     with Recorder(project, [wrong, right]) as recorder:
         eventually(lambda: remarks.extend(recorder.remarks()) or remarks)
-        wait_for_samples(recorder, recorder.state().devices[0].samples + 200)
+        wait_for_samples(recorder, recorder.state().devices[0].samples + 50)
         remarks += recorder.remarks()
     (sentence,) = remarks
     assert re.search(r"^wrong:0 gives 11\d\d samples a second, not 1000: .*\?rate=11\d\d", sentence)
@@ -292,10 +286,10 @@ def test_samples_that_were_dropped_to_zero_a_device_are_not_lost(project):
         wait_for_samples(recorder, 50)
         recorder.zero()
         eventually(lambda: device.zeroed == 1)
-        wait_for_samples(recorder, 400)
+        wait_for_samples(recorder, 150)
         state = recorder.state().devices[0]
         assert (state.lost, state.alarms) == (0, ())
-        device.lose = np.arange(device.next + 100, device.next + 110)
+        device.lose = np.arange(device.next + 30, device.next + 40)
         eventually(lambda: "lost samples" in recorder.state().devices[0].alarms)
 
 
@@ -344,13 +338,13 @@ def test_what_cannot_be_recorded_is_one_sentence(project, tmp_path):
 def test_a_project_that_is_away_when_it_stops_gets_the_recording_later(project, tmp_path):
     with Recorder(project, [FakeDevice()]) as recorder:
         recorder.start("LEGO")
-        wait_for_samples(recorder, 200)
+        wait_for_samples(recorder, 100)
         project.rename(tmp_path / "away")
-        wait_for_samples(recorder, 400)
+        wait_for_samples(recorder, 200)
         with pytest.raises(InputError):
             recorder.stop()
         (tmp_path / "away").rename(project)
-        assert recorder.stop().samples >= 400
+        assert recorder.stop().samples >= 200
 
 
 def refuse(*_):
@@ -396,7 +390,9 @@ def partial_recorder(project, monkeypatch):
         with monkeypatch.context() as patch:
             patch.setattr(MediaStore, "attach_stamps", refuse)
             patch.setattr(DemonstrationStore, "discard", refuse)
-            with pytest.raises(InputError, match="'LEGO 01' is in the project"):
+            with pytest.raises(
+                InputError, match="disk is full. 'LEGO 01' is in the project without"
+            ):
                 recorder.stop()
             with pytest.raises(InputError, match="disk is full"):
                 recorder.discard()
@@ -483,7 +479,6 @@ def test_nothing_is_begun_with_every_device_unplugged(project):
 @pytest.mark.parametrize(
     ("first", "sentence"),
     [
-        (InputError("The disk is full."), "The disk is full. 'LEGO 01' is in the project without"),
         (OSError("torn"), "It ended early (OSError('torn')). 'LEGO 01' is in the project without"),
         (KeyboardInterrupt(), "It ended early (KeyboardInterrupt()). 'LEGO 01' is in the project"),
     ],

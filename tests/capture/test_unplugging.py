@@ -47,10 +47,10 @@ def test_each_time_it_was_unplugged_is_a_gap_in_the_one_demonstration(project):
             recorder.start("LEGO")
             for turn in range(UNPLUGS):
                 samples = recorder.state().devices[0].samples
-                eventually(lambda s=samples: recorder.state().devices[0].samples >= s + 300)
+                eventually(lambda s=samples: recorder.state().devices[0].samples >= s + 150)
                 times_pulled.append(pull_cable(recorder, daq, 0.02 * (turn % 5)))
             samples = recorder.state().devices[0].samples
-            eventually(lambda: recorder.state().devices[0].samples >= samples + 300)
+            eventually(lambda: recorder.state().devices[0].samples >= samples + 150)
             remarks = recorder.remarks()
             saved = recorder.stop()
     assert sum("is back after" in sentence for sentence in remarks) == UNPLUGS
@@ -62,7 +62,7 @@ def test_each_time_it_was_unplugged_is_a_gap_in_the_one_demonstration(project):
         d = opened.demonstrations.load("LEGO 01")
         times, signals = np.array(d.times), np.array(d.signals)
         stamps = opened.media.stamps(d.id)
-    assert len(times) == len(stamps["arrived_0"]) >= 300 * (UNPLUGS + 1)
+    assert len(times) == len(stamps["arrived_0"]) >= 150 * (UNPLUGS + 1)
     assert np.isfinite(signals).all()
     assert len(d.gaps) == UNPLUGS
     # The clock of the device went on meanwhile: what it counted says when each sample was taken.
@@ -78,7 +78,7 @@ def test_each_time_it_was_unplugged_is_a_gap_in_the_one_demonstration(project):
     assert list((project / CAPTURES).iterdir()) == []
 
 
-def test_lines_that_a_stuck_hub_holds_back_for_a_second_keep_their_times(project):
+def test_lines_that_a_stuck_hub_holds_back_keep_their_times(project):
     def numbered(times):
         return np.column_stack([np.round(400 * times), times])
 
@@ -86,12 +86,12 @@ def test_lines_that_a_stuck_hub_holds_back_for_a_second_keep_their_times(project
         device = parse_device(f"text:{board.port}?rate=400")
         with Recorder(project, [device]) as recorder:
             recorder.start("LEGO")
-            eventually(lambda: recorder.state().devices[0].samples > 300)
-            board.stall(1.0)
+            eventually(lambda: recorder.state().devices[0].samples > 200)
+            board.stall(0.6)
             held = time.monotonic()
-            eventually(lambda: recorder.latest(0.0)[0][1][0] > held + 1.2)
+            eventually(lambda: recorder.latest(0.0)[0][1][0] > held + 0.8)
             _, live, values = recorder.latest(2.0)[0]
             recorder.discard()
         taken = board.truth().times
-    # Within what a busy machine makes late; what came at once was up to a second late.
+    # Within what a busy machine makes late; what came at once was up to 0.6 s late.
     assert np.abs(live - taken[values[:, 0].astype(int)]).max() < 0.2

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from forcelab.capture.zero_drift import ZeroDrift
 
@@ -15,8 +16,8 @@ def readings(seconds, seed=0, *, per_minute=0.0, loads=(), cutoff=15.0, noise=2.
     times = np.arange(int(seconds * RATE)) / RATE
     share = 1 - np.exp(-2 * np.pi * cutoff / RATE)
     white = rng.normal(size=(len(times), 2))
-    for i in range(1, len(times)):  # a filter of first order, as the DAQ has one
-        white[i] = white[i - 1] + share * (white[i] - white[i - 1])
+    # A filter of first order, as the DAQ has one.
+    white, _ = lfilter([share], [1, share - 1], white, axis=0, zi=(1 - share) * white[:1])
     counts = noise * white / white.std()
     counts[:, 0] += per_minute / SCALE * times / 60
     for begin, end, newtons, wobble in loads:

@@ -15,13 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from forcelab.capture import emulator
-from forcelab.capture.emulator import (
-    Readings,
-    SamplingRun,
-    Source,
-    VirtualSampler,
-    build_packets,
-)
+from forcelab.capture.emulator import Readings, SamplingRun, Source, VirtualSampler, build_packets
 
 #: Seconds after which a thread that does not answer is taken for broken.
 PATIENCE = 10.0
@@ -46,14 +40,10 @@ class PacedRun(SamplingRun):
 class GroundTruth:
     """What a virtual device measured and when, whatever of it arrived."""
 
-    #: When each sample was taken, in seconds of the host's monotonic clock, and of the device's,
-    #: both of shape (n,).
+    #: When each sample was taken, in seconds of the host's monotonic clock, shape (n,).
     times: NDArray[np.float64]
-    device_times: NDArray[np.float64]
     #: Its readings before any fault, shape (n, c): counts of an OptoForce, numbers of text lines.
     values: NDArray[np.float64]
-    #: Whether it was sent as it was, and read, shape (n,).
-    intact: NDArray[np.bool_]
 
 
 def _none_absent(times: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -84,10 +74,6 @@ class TestedSampler(VirtualSampler):
         self._pace = 1.0 + 1e-6 * clock_ppm
         self._held_until = 0.0
         self._requests: SimpleQueue[tuple[Callable[[], None], threading.Event]] = SimpleQueue()
-        #: Numbers of the samples taken last, those of them that leave it, and all that were
-        #: spoiled on their way.
-        self._last = self._leaving = np.arange(0)
-        self._spoiled: list[NDArray[np.int64]] = []
 
     def open(self) -> None:
         if self._homeless:
@@ -121,18 +107,14 @@ class TestedSampler(VirtualSampler):
 
     def truth(self) -> GroundTruth:
         """What was measured and when, up to now; settled once the device is closed."""
-        runs, sent, spoiled = list(self._runs), self._sent, list(self._spoiled)
+        runs, sent = list(self._runs), self._sent
         times, device_times = np.empty(sent), np.empty(sent)
         ends = [*(run.first for run in runs[1:]), sent]
         for run, end in zip(runs, ends, strict=False):  # without a run there is nothing yet
             samples = np.arange(run.first, end)
             times[run.first : end] = run.host_times(samples)
             device_times[run.first : end] = run.device_times(samples)
-        intact = np.ones(sent, dtype=bool)
-        for numbers in spoiled:
-            intact[numbers] = False
-        values = self._source(device_times).astype(np.float64)
-        return GroundTruth(times, device_times, values, intact)
+        return GroundTruth(times, self._source(device_times).astype(np.float64))
 
     def _ask(self, request: Callable[[], None]) -> None:
         """Have something done by the thread that owns the port, and wait until it is done."""
@@ -157,23 +139,6 @@ class TestedSampler(VirtualSampler):
 
     def _device_time(self, now: float) -> float:
         return super()._device_time(now) * self._pace
-
-    def _take_samples(self, now: float) -> NDArray[np.float64]:
-        times = super()._take_samples(now)
-        self._last = self._leaving = np.arange(self._sent - len(times), self._sent)
-        return times
-
-    def _present(self, times: NDArray[np.float64]) -> NDArray[np.bool_]:
-        present = super()._present(times)
-        self._spoiled.append(self._last[~present])
-        self._leaving = self._last[present]
-        return present
-
-    def _deliver(self, data: bytes, has_listener: bool) -> None:
-        overrun = self.overrun
-        super()._deliver(data, has_listener)
-        if data and (not has_listener or self.overrun > overrun):
-            self._spoiled.append(self._last)
 
 
 class VirtualTextDevice(TestedSampler, emulator.VirtualTextDevice):
@@ -238,10 +203,6 @@ class VirtualOptoForce(TestedSampler, emulator.VirtualOptoForce):
         self.configured: list[tuple[int, int, int]] = []
         self._step, self._first, self._counter = step, first, first
 
-    def jump(self, counts: int) -> None:
-        """Let the counter jump ahead."""
-        self._ask(lambda: setattr(self, "_counter", self._counter + counts))
-
     def _begin(self, now: float) -> None:
         super()._begin(now)
         self._counter = self._first
@@ -293,16 +254,10 @@ class Faults:
     doubled: float = 0.0
 
 
-def apply_faults(
-    packets: NDArray[np.uint8], faults: Faults, rng: np.random.Generator
-) -> tuple[bytes, NDArray[np.bool_]]:
-    """Do to packets, one a row, what a bad cable does.
-
-    Gives the bytes that are left, and which packets are intact, shape (n,).
-    """
-    intact = np.ones(len(packets), dtype=bool)
+def apply_faults(packets: NDArray[np.uint8], faults: Faults, rng: np.random.Generator) -> bytes:
+    """Do to packets, one a row, what a bad cable does; gives the bytes that are left."""
     if not (faults.lost or faults.lost_bytes or faults.corrupted or faults.doubled):
-        return packets.tobytes(), intact
+        return packets.tobytes()
     repeats = np.ones(packets.shape, dtype=np.int64)
     repeats[rng.random(packets.shape) < faults.doubled] = 2
     repeats[rng.random(packets.shape) < faults.lost_bytes] = 0
@@ -312,8 +267,7 @@ def apply_faults(
         np.left_shift(1, rng.integers(0, 8, packets.shape)),
         0,
     ).astype(np.uint8)
-    intact &= (repeats == 1).all(axis=1) & (flips == 0).all(axis=1)
-    return np.repeat((packets ^ flips).ravel(), repeats.ravel()).tobytes(), intact
+    return np.repeat((packets ^ flips).ravel(), repeats.ravel()).tobytes()
 
 
 class FaultyOptoForce(VirtualOptoForce):
@@ -324,16 +278,16 @@ class FaultyOptoForce(VirtualOptoForce):
     ) -> None:
         super().__init__(source, rate, **options)
         self.faults = faults or Faults()
-        self._rng = np.random.default_rng(0)
+        self._rng, self._size = np.random.default_rng(0), 1
+
+    def _packets(self, times: NDArray[np.float64]) -> NDArray[np.uint8]:
+        packets = super()._packets(times)
+        self._size = packets.shape[1]
+        return packets
 
     def _due(self, now: float) -> bytes:
-        data = super()._due(now)
-        packets = np.frombuffer(data, np.uint8).reshape(max(len(self._leaving), 1), -1)
-        if not data:
-            return b""
-        data, intact = apply_faults(packets, self.faults, self._rng)
-        self._spoiled.append(self._leaving[~intact])
-        return data
+        packets = np.frombuffer(super()._due(now), np.uint8).reshape(-1, self._size)
+        return apply_faults(packets, self.faults, self._rng)
 
 
 #: Registers of the encoder's adapter: how much its count has to change to be sent, how often it

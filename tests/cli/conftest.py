@@ -45,7 +45,9 @@ class Result:
 
 
 @pytest.fixture
-def forcelab(capsys):
+def forcelab(capsys, monkeypatch):
+    monkeypatch.setenv("LANGUAGE", "C")  # argparse looks up no translation of its words
+
     def call(*words):
         capsys.readouterr()
         try:

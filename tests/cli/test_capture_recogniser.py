@@ -23,7 +23,7 @@ from forcelab.labels import to_codes
 from forcelab.live.recognition import LiveRecognition
 from forcelab.project import Project
 from forcelab.recognition.examples import LabelledDemonstration
-from forcelab.recognition.live import recognise_with_latency
+from forcelab.recognition.online import recognise_with_latency
 from forcelab.recognition.storage import save_recogniser
 from forcelab.recognition.training import train
 from forcelab.resources import asset

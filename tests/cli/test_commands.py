@@ -19,9 +19,7 @@ from factories import FAST_OPTIONS
 
 from forcelab.cli import build_parser, main
 from forcelab.cli.output import progress_bar
-from forcelab.formats.label_tables import read_tracks
 from forcelab.formats.output_folder import file_names
-from forcelab.formats.recording import ReadOptions
 from forcelab.gui.qt_check import QtPlatform
 from forcelab.jobs import Progress
 from forcelab.project import Project
@@ -255,26 +253,6 @@ def test_list_names_the_videos_where_there_are_several(forcelab, project, tmp_pa
     assert [Path(path).is_file() for path in row["beside"]] == [True]
 
 
-def test_exported_labels_read_back_as_they_were(forcelab, project, tmp_path):
-    result = forcelab("export", project, "--out", tmp_path / "csv", "--json")
-    assert len(result.json["written"]) == 6
-    (track,) = read_tracks(tmp_path / "csv" / "foam-01.labels.csv", ReadOptions())
-    with Project.open(project) as opened:
-        assert track == opened.tracks.get(opened.demonstrations.load("foam-01").id, "coder")
-
-
-def test_an_exported_archive_is_the_whole_project(forcelab, project, tmp_path):
-    forcelab("evaluate", project, "--task", "foam", *FAST_OPTIONS)
-    assert forcelab("export", project, "--out", tmp_path, "--format", "archive").status == 0
-    assert forcelab("import", tmp_path / "again.forcelab", tmp_path / "lab.zip").status == 0
-    first, again = (
-        forcelab("list", path, "--json").json for path in (project, tmp_path / "again.forcelab")
-    )
-    assert len(again["runs"]) == 1
-    assert first["demonstrations"] == again["demonstrations"]
-    assert len(first["demonstrations"]) == 6
-
-
 def test_a_list_reads_no_results_of_runs(forcelab, project, monkeypatch):
     forcelab("evaluate", project, "--task", "foam", *FAST_OPTIONS)
     monkeypatch.setattr(RunStore, "all", None)  # to call it would fail
@@ -283,10 +261,8 @@ def test_a_list_reads_no_results_of_runs(forcelab, project, monkeypatch):
 
 def test_the_list_tells_what_is_left_to_label(forcelab, project):
     def left(*words):
-        return [
-            row["name"]
-            for row in forcelab("list", project, *words, "--json").json["demonstrations"]
-        ]
+        found = forcelab("list", project, *words, "--json").json["demonstrations"]
+        return [row["name"] for row in found]
 
     assert left("--to-label", "coder") == []
     assert len(left("--to-label", "Ada")) == 6
@@ -428,10 +404,8 @@ def test_nothing_is_written_among_the_files_of_a_project(forcelab, project, tmp_
     assert "lies in the project" in forcelab("figures", inside / "new").sentence
     other = tmp_path / "other.forcelab"
     Project.create(other).close()
-    assert (
-        "in the project"
-        in forcelab("export", other, "--out", inside, "--format", "archive").sentence
-    )
+    words = ("export", other, "--out", inside, "--format", "archive")
+    assert "in the project" in forcelab(*words).sentence
     words = ("evaluate", other, "--task", "foam", "--figure", inside / "pairs.svg")
     assert "in the project" in forcelab(*words).sentence
     assert {path: path.stat().st_mtime_ns for path in project.rglob("*")} == before
@@ -506,16 +480,8 @@ def test_names_of_files_are_distinct_and_stay_in_their_folder():
 
 
 def test_a_name_in_any_script_is_the_name_of_its_file():
-    names = [
-        "Übung – 2, links",
-        "100% & more",
-        "हिन्दी",
-        "U\u0308bung",
-        "実験・左手",
-        "👍",
-        "می\u200cخواهم",
-        "1\u202f% 2",
-    ]
+    names = ["Übung – 2, links", "100% & more", "हिन्दी", "U\u0308bung", "実験・左手", "👍"]
+    names += ["می\u200cخواهم", "1\u202f% 2"]
     assert file_names(names) == names
 
 
@@ -642,7 +608,7 @@ def is_whole(project):
 
 
 def test_ctrl_c_stops_in_one_sentence_and_leaves_the_project_whole(project):
-    shown = interrupt_evaluation(project, 1.0)
+    shown = interrupt_evaluation(project, 0.3)
     assert shown.endswith("forcelab: stopped; nothing was left half done.\r\n")
     assert is_whole(project)
 

@@ -47,3 +47,15 @@ def test_a_second_column_of_labels_is_refused_with_the_cure(forcelab, tmp_path):
     result = forcelab("import", tmp_path / "p", path, "--label", "one", "--label", "two")
     assert "--label was given 2 times and names one column" in result.wrong_word
     assert "call each column 'labels of NAME' in the header" in result.wrong_word
+
+
+def test_units_are_named_with_their_channels(forcelab, tmp_path):
+    table = tmp_path / "pull.csv"
+    table.write_text("t,fx,tx\n" + "".join(f"{n / 50},{n % 7},{n % 5}\n" for n in range(99)))
+    project, units = tmp_path / "lab.forcelab", ("--unit", "fx=N", "--unit", "tx = Nm")
+    assert forcelab("import", project, table, *units).status == 0
+    with Project.open(project) as opened:
+        (info,) = opened.demonstrations.infos()
+        assert [channel.unit for channel in info.channels] == ["N", "Nm"]
+    wrong = forcelab("import", project, table, "--unit", "N").wrong_word
+    assert "'N' is no unit of a channel; write such as fx=N" in wrong

@@ -203,9 +203,7 @@ def test_all_measures_everything_and_names_what_it_skips(
 
     monkeypatch.setattr(cwt, "tabulate", refusing)
     monkeypatch.setattr(
-        measure,
-        "MODULES",
-        {name: measure.MODULES[name] for name in ("contact", "cwt")},
+        measure, "MODULES", {name: measure.MODULES[name] for name in ("contact", "cwt")}
     )
     file = tmp_path / "all.json"
     result = forcelab("measure", "all", "--quick", "--json", file)

@@ -81,12 +81,6 @@ def test_removing_says_that_notes_would_go(forcelab, project):
     assert forcelab("note", project, "--json").json == {"notes": []}
 
 
-def test_a_name_that_is_nearly_there_is_told(forcelab, project):
-    forcelab("note", project, "foam-01", "x", "--author", "Ada")
-    result = forcelab("note", project, "foam-01", "y", "--author", "ada")
-    assert result.err == "'ada' is a new coder beside 'Ada'.\n"
-
-
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [

@@ -133,17 +133,8 @@ class LockedLater(Locked):
 """
     Path(f"{lab}.py").write_text(FOREIGN_MODULE + later.format(250))
     own = f"{lab}:LockedLater"
-    options = (
-        "--task",
-        "foam",
-        "--features",
-        "windows",
-        "--step",
-        "0.02",
-        "--calibrated",
-        "--threshold",
-        "off",
-    )
+    options = ["--task", "foam", "--features", "windows", "--step", "0.02", "--calibrated"]
+    options += ["--threshold", "off"]
     refused = forcelab("train", project, *options, "--classifier", own, "--out", "own.skops")
     assert f"A recogniser with '{own}' cannot be kept in a file (" in refused.sentence
     trial, first = map(int, Path("fitted").read_text().split())  # and no further ones

@@ -7,7 +7,7 @@ from factories import BAYES_SETTINGS, FOAM_SELECTION, make_labelled_project
 from forcelab.cli.commands.review import KINDS
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.recognition.experiments import evaluate_tasks_job
+from forcelab.recognition.project_runs import evaluate_tasks_job
 from forcelab.review.confusion import count_confusion
 from forcelab.review.queue import review_queue
 from forcelab.review.run_result import load_run

@@ -5,7 +5,7 @@ from factories import BAYES_SETTINGS, FOAM_SELECTION, make_labelled_project
 
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.recognition.experiments import evaluate_tasks_job
+from forcelab.recognition.project_runs import evaluate_tasks_job
 
 
 @pytest.fixture(scope="module")

@@ -99,7 +99,7 @@ def test_without_a_video_that_is_said(project, forcelab):
 def test_a_proposal_that_is_not_sure_says_what_to_do_and_is_not_stored(
     project, forcelab, monkeypatch
 ):
-    monkeypatch.setattr("forcelab.signals.sync.TRUSTED", 1.1)
+    monkeypatch.setattr("forcelab.signals.sync.TRUSTED_CONFIDENCE", 1.1)
     result = forcelab("sync", project, "filmed 1").out
     assert "low: look at the frames at a tap" in result
     refused = forcelab("sync", project, "filmed 1", "--accept").sentence

@@ -44,9 +44,8 @@ def test_a_recogniser_labels_a_recording_it_has_not_seen(forcelab, recogniser, r
     truth = to_codes(human.segments, demonstration.times, actions)
     right = 0
     for row in rows:
-        inside = (demonstration.times >= float(row["start"])) & (
-            demonstration.times < float(row["end"])
-        )
+        first, last = demonstration.times.searchsorted([float(row["start"]), float(row["end"])])
+        inside = slice(first, last)
         right += int((truth[inside] == actions.index(row["action"])).sum())
     assert right > 0.7 * (truth != UNLABELLED).sum()
 
@@ -72,18 +71,23 @@ def test_the_project_keeps_a_copy_that_works(forcelab, recogniser, project, reco
     assert path.read_bytes() == recogniser.read_bytes()
 
 
-def test_several_demonstrations_are_printed_with_their_names(forcelab, recogniser, project):
+def test_several_demonstrations_are_printed_with_their_names_and_no_track_changes(
+    forcelab, recogniser, project
+):
+    with Project.open(project) as opened:
+        before = [opened.tracks.of(info.id) for info in opened.demonstrations.infos()]
     rows = list(csv.DictReader(io.StringIO(forcelab("predict", recogniser, project).out)))
     assert {row["demonstration"] for row in rows} == {
         "foam-01", "foam-02", "foam-03", "foam-04", "sponge-11", "sponge-12"
     }  # fmt: skip
+    with Project.open(project) as opened:
+        assert [opened.tracks.of(info.id) for info in opened.demonstrations.infos()] == before
 
 
 def test_several_demonstrations_are_written_into_a_folder(forcelab, recogniser, project, tmp_path):
     out = tmp_path / "predicted"
-    assert (
-        forcelab("predict", recogniser, project, "--out", out, "--format", "audacity").status == 0
-    )
+    words = ["--out", out, "--format", "audacity"]
+    assert forcelab("predict", recogniser, project, *words).status == 0
     files = sorted(path.name for path in out.iterdir())
     assert files[0] == "foam-01.predicted.txt"
     assert len(files) == 6
@@ -92,31 +96,13 @@ def test_several_demonstrations_are_written_into_a_folder(forcelab, recogniser, 
     assert action == "still"
 
 
-def test_predicting_changes_no_track_of_the_project(forcelab, recogniser, project):
-    with Project.open(project) as opened:
-        before = [opened.tracks.of(info.id) for info in opened.demonstrations.infos()]
-    forcelab("predict", recogniser, project)
-    with Project.open(project) as opened:
-        assert [opened.tracks.of(info.id) for info in opened.demonstrations.infos()] == before
-
-
-def test_json_tells_the_segments(forcelab, recogniser, recordings):
-    (prediction,) = forcelab("predict", recogniser, recordings / "foam-01.csv", "--json").json
-    assert prediction["demonstration"] == "foam-01"
-    assert set(prediction["segments"][0]) == {"start", "end", "action"}
-
-
-def test_train_tells_what_was_learnt_as_json(forcelab, project, tmp_path):
-    result = forcelab(
-        "train", project, "--task", "foam", *SETTINGS, "--out", tmp_path / "r", "--json"
-    )
-    assert result.json["actions"] == ["still", "grab", "hold", "release"]
-    assert result.json["demonstrations"] == 4
-
-
-def test_training_tells_what_scales_mean_at_the_rate_of_the_recordings(forcelab, project, tmp_path):
+def test_training_tells_what_was_learnt_and_what_scales_mean_at_the_rate_of_the_recordings(
+    forcelab, project, tmp_path
+):
     words = ["train", project, "--task", "foam", *SETTINGS, "--out", tmp_path / "r", "--json"]
-    assert forcelab(*words).json["remarks"] == []
+    learnt = forcelab(*words).json
+    assert learnt["actions"] == ["still", "grab", "hold", "release"]
+    assert (learnt["demonstrations"], learnt["remarks"]) == (4, [])
     (remark,) = forcelab(*words, "--max-scale", "16").json["remarks"]
     assert remark.startswith("At 100 Hz the largest scale, 16 samples, lasts 0.16 s only")
 
@@ -137,10 +123,8 @@ def test_what_is_no_recogniser_is_refused(forcelab, recordings, tmp_path):
 
 def test_a_recogniser_that_cannot_be_written_leaves_no_trace(forcelab, project, tmp_path):
     nowhere = tmp_path / "missing" / "r.skops"
-    assert (
-        "folder does not exist"
-        in forcelab("train", project, "--task", "foam", *SETTINGS, "--out", nowhere).sentence
-    )
+    words = ["train", project, "--task", "foam", *SETTINGS, "--out", nowhere]
+    assert "folder does not exist" in forcelab(*words).sentence
     with Project.open(project) as opened:
         assert opened.runs.recognisers() == ()
 
@@ -198,9 +182,8 @@ def test_training_on_several_tasks_is_never_by_accident(forcelab, project, tmp_p
 def test_names_cannot_steer_the_terminal(forcelab, project, recordings, tmp_path):
     (merge := tmp_path / "merge.json").write_text('{"grab": "gr\\u001bab"}')
     recogniser = tmp_path / "r.skops"
-    result = forcelab(
-        "train", project, "--task", "foam", "--merge", merge, *SETTINGS, "--out", recogniser
-    )
+    words = ["--task", "foam", "--merge", merge, *SETTINGS, "--out", recogniser]
+    result = forcelab("train", project, *words)
     assert r"gr\x1bab" in result.out
     assert "\x1b" not in result.out
     counts = tmp_path / "foam\x1b[31m.csv"
@@ -241,6 +224,8 @@ def test_times_are_printed_with_no_digits_that_mean_nothing(forcelab, recogniser
     times = [cell for row in output.out.splitlines()[1:] for cell in row.split(",")[:2]]
     assert times
     assert all(len(time.partition(".")[2]) <= 2 for time in times)
-    plain = forcelab("predict", recogniser, recordings / "foam-01.csv", "--json").json
-    shown = [str(s[edge]) for s in plain[0]["segments"] for edge in ("start", "end")]
+    (plain,) = forcelab("predict", recogniser, recordings / "foam-01.csv", "--json").json
+    assert plain["demonstration"] == "foam-01"
+    assert set(plain["segments"][0]) == {"start", "end", "action"}
+    shown = [str(s[edge]) for s in plain["segments"] for edge in ("start", "end")]
     assert shown == times

@@ -9,7 +9,8 @@ from forcelab.cli import main
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.review.differences import interval_at
-from forcelab.review.explanation import explain, train_held_out
+from forcelab.review.explanation import explain
+from forcelab.review.held_out import train_held_out
 from forcelab.review.run_result import load_run
 
 

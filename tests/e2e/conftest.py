@@ -36,14 +36,20 @@ def screen():
     server.wait()
 
 
-@pytest.fixture
-def project(tmp_path):
-    """Two quiet demonstrations of ten seconds at 100 Hz, with five actions on the keys 1 to 5."""
-    path = tmp_path / "study.forcelab"
+@pytest.fixture(scope="module")
+def home(tmp_path_factory):
+    """Where the program finds its settings."""
+    return tmp_path_factory.mktemp("home")
+
+
+@pytest.fixture(scope="module")
+def project(home):
+    """Quiet demonstrations of ten seconds at 100 Hz, with five actions on the keys 1 to 5."""
+    path = home / "study.forcelab"
     times = np.arange(1000) / 100
     channels = (Channel("fx1", "N"), Channel("fz1", "N"))
     with Project.create(path) as project:
-        for number in (1, 2):
+        for number in range(1, 7):
             signals = np.full((1000, 2), 0.1 * number)
             project.demonstrations.add(
                 Demonstration(f"pen {number}", "stylus", times, signals, channels)
@@ -53,17 +59,17 @@ def project(tmp_path):
     return path
 
 
-@pytest.fixture
-def start(tmp_path, request):
+@pytest.fixture(scope="module")
+def start(home):
     """Start the program; on a virtual screen where the test asks for one."""
     running = []
 
     def begin(*arguments, display=None):
         environment = {
             **os.environ,
-            "FORCELAB_SETTINGS": str(tmp_path / "settings.ini"),
+            "FORCELAB_SETTINGS": str(home / "settings.ini"),
             "QT_QPA_PLATFORM": "xcb" if display else "offscreen",
-            "HOME": str(tmp_path),
+            "HOME": str(home),
             **({"DISPLAY": display} if display else {}),
         }
         program = Program(arguments, environment, display)

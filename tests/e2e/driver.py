@@ -136,7 +136,7 @@ class Answering(QObject):
             number += 1
             # Each second time round from the middle of what is there: a press on an edge would move
             # it, and what was seen would be gone by a stroke that nobody has seen yet.
-            left = tracks.GUTTER + 20 + 17 * (number % 35) + 7 * (number // 35 % 2)
+            left = tracks.gutter + 20 + 17 * (number % 35) + 7 * (number // 35 % 2)
             for kind, x, button in (
                 (QEvent.Type.MouseButtonPress, left, LEFT),
                 (QEvent.Type.MouseMove, left + 14, NONE),

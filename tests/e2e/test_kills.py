@@ -9,7 +9,7 @@ from forcelab.project import Project
 from tests.e2e.program import stored_segments
 
 #: FORCELAB_KILLS=30 kills more often than the suite does.
-KILLS = int(os.environ.get("FORCELAB_KILLS", "2"))
+KILLS = int(os.environ.get("FORCELAB_KILLS", "1"))
 
 
 def test_every_painted_segment_that_was_seen_is_there(start, project):

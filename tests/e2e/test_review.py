@@ -21,8 +21,8 @@ from forcelab.project import Project
 from forcelab.recognition.presets import preset
 from tests.e2e.program import stored_segments, wait_for_stored_segments
 
-#: With these it is trained within two seconds.
-SETTINGS = preset("paper").replace(max_scale=32.0)
+#: With these it is trained within a second, and longer than it takes to hold it.
+SETTINGS = preset("paper").replace(max_scale=32.0, stride=8)
 FRAMES = 30
 
 
@@ -43,9 +43,9 @@ def project(tmp_path):
 
 
 @pytest.fixture
-def cheap(tmp_path, monkeypatch, project):
+def cheap(home, monkeypatch, project):
     """The settings file remembers how the task was trained last."""
-    monkeypatch.setenv("FORCELAB_SETTINGS", str(tmp_path / "settings.ini"))
+    monkeypatch.setenv("FORCELAB_SETTINGS", str(home / "settings.ini"))
     training_preferences.remember_settings(project, "foam", SETTINGS)
 
 

@@ -268,16 +268,8 @@ def test_export_import_export_gives_the_same_bytes(steps, name):
                 elif verb == "redo":
                     project.tracks.redo(id_, author)
                 elif verb == "judge":
-                    result = Verdict(
-                        id_,
-                        start,
-                        start + length,
-                        name,
-                        None,
-                        author="Bo",
-                        coder=author,
-                        verdict="ambiguous",
-                    )
+                    people = {"author": "Bo", "coder": author, "verdict": "ambiguous"}
+                    result = Verdict(id_, start, start + length, name, None, **people)
                     project.coding.add_verdict(result)
                 else:
                     paints = verb != "erase"
@@ -425,13 +417,11 @@ def test_notes_come_along_into_a_project_that_is_there(project, whole, tmp_path)
         other.coding.set_note(id_, "anna", "third try")  # later than that of the archive
     for status in ("updated", "unchanged"):
         report = import_files(tmp_path / "other.forcelab", [whole])
-        assert {item.added.name: item.added.status for item in report.demonstrations}[
-            "n1"
-        ] == status
+        statuses = {item.added.name: item.added.status for item in report.demonstrations}
+        assert statuses["n1"] == status
     with Project.open(tmp_path / "other.forcelab") as other:
-        assert [(note.author, note.text) for note in other.coding.notes()] == [
-            ("anna", "third try")
-        ]
+        (note,) = other.coding.notes()
+        assert (note.author, note.text) == ("anna", "third try")
         assert len(other.coding.note_events(id_)) == len(project.coding.note_events(id_)) + 1
 
 
@@ -439,9 +429,8 @@ def test_an_archive_of_version_2_knows_neither_verdicts_nor_who_proposed(whole, 
     edits = load_member(whole, "edits.json")
     for edit in edits:  # type: ignore[attr-defined]
         del edit["proposed_by"]
-    assert "'proposed_by' is missing" in refusal_of(
-        repack(whole, **{"edits.json": edits}), tmp_path
-    )
+    newer = repack(whole, **{"edits.json": edits})
+    assert "'proposed_by' is missing" in refusal_of(newer, tmp_path)
     old = of_version(whole, 2, **{"edits.json": edits, "verdicts.json": None})
     with read_archive(old, tmp_path / "copy.forcelab") as copy:
         id_ = copy.demonstrations.load("n2").id
@@ -646,12 +635,6 @@ def test_what_cannot_stand_in_a_member_is_refused(whole, tmp_path, kind):
         assert why in sentence, (way, value)
 
 
-def test_what_people_did_is_in_the_archive(project, whole, tmp_path):
-    assert "lacks 'verdicts.json'" in refusal_of(repack(whole, **{"verdicts.json": None}), tmp_path)
-    with read_archive(whole, tmp_path / "copy.forcelab") as copy:
-        assert copy.coding.assignments() == project.coding.assignments() != ()
-
-
 def test_labels_beyond_the_recording_do_not_come_into_a_project_that_is_there(whole):
     name = member(whole, "tracks.json")
     tracks = load_member(whole, name)
@@ -696,9 +679,8 @@ def test_a_missing_member_is_named(whole, tmp_path):
         names = [n for n in old.namelist() if n != "forcelab.json"]
     for name in names:
         assert name in refusal_of(repack(whole, **{name: None}), tmp_path)
-    assert "not a forcelab archive" in refusal_of(
-        repack(whole, **{"forcelab.json": None}), tmp_path
-    )
+    nameless = repack(whole, **{"forcelab.json": None})
+    assert "not a forcelab archive" in refusal_of(nameless, tmp_path)
     spare = "recognisers/" + "0" * 32 + ".skops"
     assert spare in refusal_of(repack(whole, **{spare: b"x"}), tmp_path)
 
@@ -725,7 +707,7 @@ def test_json_that_is_not_what_it_should_be_is_refused_wherever_it_is(whole, tmp
 
 def test_a_truncated_archive_is_refused(whole, tmp_path):
     data = whole.read_bytes()
-    for share in np.linspace(0, 1, 40, endpoint=False):
+    for share in np.linspace(0, 1, 20, endpoint=False):
         whole.write_bytes(data[: int(share * len(data))])
         refusal_of(whole, tmp_path)
     with pytest.raises(InputError, match="does not exist"):

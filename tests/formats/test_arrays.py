@@ -5,11 +5,9 @@ import zipfile
 import numpy as np
 import pytest
 
-from forcelab.cli import main
 from forcelab.errors import InputError, UnclearRateError
 from forcelab.formats import identify, preview, read
 from forcelab.formats.recording import ReadOptions
-from forcelab.project import Project
 from tests.formats.array_files import (
     CODES,
     FORCES,
@@ -229,18 +227,3 @@ class TestWhatIsRefused:
             archive.writestr("readme.txt", "text")
         with pytest.raises(InputError, match="looks like a NumPy archive"):
             identify(tmp_path / "a.npz")
-
-
-def test_the_command_imports_what_options_name(tmp_path, capsys):
-    arrays = {f"episode_{i}/qpos": FORCES + i for i in range(3)}
-    path = write_npz(tmp_path / "aloha.npz", **arrays)
-    project = tmp_path / "p.forcelab"
-    assert main(["import", str(project), str(path)]) == 1
-    assert "(--signal)" not in capsys.readouterr().out
-    arguments = ["--signal", "qpos", "--rate", "50", "--task", "fold"]
-    assert main(["import", str(project), str(path), *arguments]) == 0
-    assert "3 recordings: 3 new" in capsys.readouterr().out
-    with Project.open(project) as opened:
-        infos = opened.demonstrations.infos()
-        assert [info.name for info in infos] == [f"aloha episode_{i}" for i in range(3)]
-        assert {info.task for info in infos} == {"fold"}

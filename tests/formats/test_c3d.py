@@ -11,7 +11,6 @@ pytest.importorskip("ezc3d")
 
 import ezc3d
 
-from forcelab.cli import main
 from forcelab.errors import InputError
 from forcelab.formats import identify, preview, read
 from forcelab.formats.recording import ReadOptions
@@ -180,9 +179,3 @@ def test_a_file_without_forces_says_what_there_is(tmp_path):
         InputError, match=r"no signals; read others as signals \(--signal\): points"
     ):
         read_single(path)
-
-
-def test_a_shell_imports_a_recording_with_its_events(tmp_path, capsys):
-    path = whole_c3d(tmp_path)[0]
-    assert main(["import", str(tmp_path / "p.forcelab"), str(path), "--task", "walk"]) == 0
-    assert "Labels were read from Left" in capsys.readouterr().out

@@ -11,7 +11,6 @@ from factories import read_single
 
 pytest.importorskip("openpyxl")
 
-from forcelab.cli import main
 from forcelab.errors import InputError
 from forcelab.formats import excel, identify, preview, read
 from forcelab.formats.recording import ReadOptions
@@ -162,9 +161,3 @@ def test_a_workbook_that_is_cut_off_is_one_sentence(tmp_path, at):
         path.write_bytes(path.read_bytes()[: int(at * path.stat().st_size)])
         with pytest.raises(InputError, match=r".*xlsx"):
             read(path)
-
-
-def test_a_shell_imports_every_sheet(tmp_path, capsys):
-    path = write_workbook(tmp_path / "pull.xlsx", {"1": TABLE, "2": TABLE[:60]})
-    assert main(["import", str(tmp_path / "p.forcelab"), str(path), "--task", "pull"]) == 0
-    assert re.findall(r"new +(pull \d)\n", capsys.readouterr().out) == ["pull 1", "pull 2"]

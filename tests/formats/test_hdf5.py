@@ -38,16 +38,15 @@ def path(tmp_path, inside):
     return tmp_path / "pull.h5"
 
 
-@pytest.mark.parametrize("kind", ["<f2", ">f4", "<f8", ">i2", "u1"])
 @pytest.mark.parametrize(
-    "options",
+    ("kind", "options"),
     [
-        {},
-        {"chunks": (33, 2)},
-        {"chunks": (64, 3), "compression": "gzip", "shuffle": True},
-        {"compression": "lzf", "fletcher32": True},
+        ("<f2", {}),
+        (">f4", {"chunks": (33, 2)}),
+        ("<f8", {"chunks": (64, 3), "compression": "gzip", "shuffle": True}),
+        (">i2", {"compression": "lzf", "fletcher32": True}),
+        ("u1", {"compression": "gzip"}),
     ],
-    ids=["whole", "chunks", "gzip", "lzf"],
 )
 def test_numbers_are_kept_however_they_are_stored(path, kind, options):
     force = (FORCES * 50 + 100).astype(kind)
@@ -68,11 +67,8 @@ def test_attributes_tell_units_names_rate_scale_and_what_is_missing(path):
         data.attrs.update({"_FillValue": np.int16(-32768), "columns": ["left x", "left y", "z"]})
         file["adc"].attrs["sampling_rate"] = 500
     demonstration = load(path).demonstration
-    assert [(c.name, c.unit) for c in demonstration.channels] == [
-        ("left x", "N"),
-        ("left y", "N"),
-        ("z", "N"),
-    ]
+    channels = [(c.name, c.unit) for c in demonstration.channels]
+    assert channels == [("left x", "N"), ("left y", "N"), ("z", "N")]
     assert demonstration.rate == pytest.approx(500)
     expected = counts * 0.001 + 1.5
     expected[7, 1] = np.nan
@@ -160,13 +156,8 @@ def test_a_file_of_robomimic_is_a_demonstration_a_group(path):
         recordings[0].remarks
     )
     uses = {use.name: use for use in preview(path, ReadOptions())}
-    assert set(uses) == {
-        "actions",
-        "obs/agentview_image",
-        "obs/robot0_eef_pos",
-        "rewards",
-        "mask/train",
-    }
+    listed = {"actions", "obs/agentview_image", "obs/robot0_eef_pos", "rewards", "mask/train"}
+    assert set(uses) == listed
     assert uses["obs/agentview_image"].choices == ("left out",)
 
 

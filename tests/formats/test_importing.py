@@ -3,6 +3,7 @@
 import errno
 import os
 import pickle
+import signal
 import subprocess
 import sys
 import tempfile
@@ -95,6 +96,22 @@ def test_a_file_that_is_read_with_other_columns_is_told_to_be_there_twice(
     assert output == "Another recording of task 'foam' is called 'a'; this one is now 'a (3)'."
 
 
+def test_units_are_given_where_the_file_states_none(tmp_path, project):
+    file = tmp_path / "pull.csv"
+    file.write_text("t,fx,fz [mN]\n" + "".join(f"{n / 50},{n % 7},{n % 5}\n" for n in range(99)))
+    units = ("fx", "N"), ("fz", "N"), ("fy", "N")
+    report = import_files(project, [file], ReadOptions(units=units))
+    with Project.open(project) as opened:
+        (info,) = opened.demonstrations.infos()
+        assert [(channel.name, channel.unit) for channel in info.channels] == [
+            ("fx", "N"),
+            ("fz", "mN"),
+        ]
+    remarks = report.remarks[file]
+    assert "'fz' is in mN, as the file states, not in N." in remarks
+    assert "No channel is called 'fy', so that its unit was not used." in remarks
+
+
 def test_a_labels_file_named_beside_its_recording_is_read_with_it(tmp_path, project):
     recording = table(tmp_path / "a.csv", 1)
     labels = tmp_path / "a.labels.csv"
@@ -139,13 +156,8 @@ def test_a_repaired_import_leaves_no_foreign_actions_in_the_wrong_task(tmp_path,
         assert opened.actions.vocabulary("stylus").names == ("grab", "pull", "slip")
         assert any("no longer lists pull, slip" in remark for remark in report.remarks[pull])
         opened.demonstrations.set_task(opened.demonstrations.load("pull").id, "foam")
-        assert opened.actions.vocabulary("foam").names == (
-            "grab",
-            "hold",
-            "squeeze",
-            "pull",
-            "slip",
-        )
+        names = ("grab", "hold", "squeeze", "pull", "slip")
+        assert opened.actions.vocabulary("foam").names == names
         opened.demonstrations.set_task(opened.demonstrations.load("pull").id, "stylus")
         assert opened.actions.vocabulary("foam").names == ("grab", "hold", "squeeze")
         # The last one of a task leaves it as it is, for those that are still to come.
@@ -255,7 +267,7 @@ def test_a_disk_that_fills_up_leaves_a_project_as_it_was(tmp_path, project, full
     assert import_files(project, files).count("new") == 5
 
 
-INTERRUPTED = """
+KILLED = """
 import os, signal, sys
 from forcelab.formats.importing import import_files
 from forcelab.project import files
@@ -266,45 +278,59 @@ def moving(home, staged):
     move(home, staged)
     moved.append(home)
     if len(moved) == 2:
-        os.kill(os.getpid(), getattr(signal, sys.argv[1]))
+        os.kill(os.getpid(), signal.SIGKILL)
 
 files.move_into = moving
-import_files(sys.argv[2], sys.argv[3:])
+import_files(sys.argv[1], sys.argv[2:])
 """
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals as POSIX has them")
-@pytest.mark.parametrize("stop", ["SIGINT", "SIGKILL"])
-def test_an_import_that_is_interrupted_or_killed_while_it_writes_changes_nothing(
-    tmp_path, project, stop
-):
+def test_an_import_that_is_killed_while_it_writes_changes_nothing(tmp_path, project):
     import_files(project, [table(tmp_path / "z.csv", 1)])
     before = contents(project)
     files = [table(tmp_path / f"{name}.csv", ord(name)) for name in "abc"]
-    code = [sys.executable, "-c", INTERRUPTED, stop, project, *files]
-    assert subprocess.run(code, capture_output=True, check=False).returncode != 0
+    code = [sys.executable, "-c", KILLED, project, *files]
+    assert subprocess.run(code, check=False).returncode == -signal.SIGKILL
     assert contents(project) == before
     homes = {entry.name for entry in (project / "demonstrations").iterdir()}
     assert {name for name in homes if not name.startswith(".incoming-")} == {before[0][2]}
     assert import_files(project, files).count("new") == 3
 
 
+def test_an_import_that_is_interrupted_while_it_writes_changes_nothing(
+    tmp_path, project, monkeypatch
+):
+    def interrupted(home, staged):
+        move(home, staged)
+        moved.append(home)
+        if len(moved) == 2:
+            raise KeyboardInterrupt
+
+    import_files(project, [table(tmp_path / "z.csv", 1)])
+    before, homes = contents(project), [*(project / "demonstrations").iterdir()]
+    files = [table(tmp_path / f"{name}.csv", ord(name)) for name in "abc"]
+    move, moved = store_files.move_into, []
+    monkeypatch.setattr(store_files, "move_into", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        import_files(project, files)
+    assert (contents(project), [*(project / "demonstrations").iterdir()]) == (before, homes)
+
+
 def test_importing_again_without_saying_it_once_more_keeps_task_and_rate(tmp_path, project):
     file = table(tmp_path / "a.csv", 1)
     import_files(project, [file], ReadOptions(task="foam", rate=250.0))
     assert import_files(project, [file]).count("unchanged") == 1
-    with Project.open(project) as opened:
-        assert (
-            opened.demonstrations.load("a").task,
-            opened.demonstrations.load("a").grid_rate,
-        ) == ("foam", 250.0)
+    assert task_and_rate(project) == ("foam", 250.0)
     assert import_files(project, [file], ReadOptions(task="")).count("updated") == 1
     assert import_files(project, [file], ReadOptions(rate=100.0)).count("updated") == 1
+    assert task_and_rate(project) == ("", 100.0)
+
+
+def task_and_rate(project):
     with Project.open(project) as opened:
-        assert (
-            opened.demonstrations.load("a").task,
-            opened.demonstrations.load("a").grid_rate,
-        ) == ("", 100.0)
+        demonstration = opened.demonstrations.load("a")
+        return demonstration.task, demonstration.grid_rate
 
 
 @pytest.fixture
@@ -429,17 +455,3 @@ def test_remarks_of_the_format_and_of_the_project_are_gathered_by_file(tmp_path,
     assert list(report.remarks) == [path]
     assert "missing or not unique" in report.remarks[path][0]
     assert report.count("new") == 3
-
-
-@pytest.mark.real
-def test_the_papers_databases_become_two_tasks_of_ten(project, real_file):
-    import_files(project, [real_file("tongs/JPen_sig.pdl")], ReadOptions(task="stylus"))
-    report = import_files(project, [real_file("tongs/soft_sig.pdl")], ReadOptions(task="foam"))
-    assert (report.count("new"), report.remarks) == (10, {})
-    with Project.open(project) as opened:
-        infos = opened.demonstrations.infos()
-        assert [sum(info.task == task for info in infos) for task in ("stylus", "foam")] == [10, 10]
-        for info in infos:
-            assert info.rate == pytest.approx(1000, rel=1e-9)
-            assert info.authors == ("coder",)
-            assert 0.85 < info.labelled["coder"] / info.duration < 0.99

@@ -73,6 +73,21 @@ def label(project, segments, author="Ann", names=None):
                 opened.tracks.edit(info.id, author, old, segments, "painted")
 
 
+@pytest.fixture
+def folder(tmp_path):
+    """A dataset of four episodes."""
+    write_dataset(tmp_path / "pen")
+    return tmp_path / "pen"
+
+
+@pytest.fixture
+def project(folder):
+    """A project of that dataset, labelled by Ann."""
+    project = imported(folder)
+    label(project, GRABS)
+    return project
+
+
 def export(project, folder, *options):
     return main(["export", str(project), "--format", "lerobot", "--into", str(folder), *options])
 
@@ -212,9 +227,7 @@ def test_labels_go_back_as_the_subtask_of_each_frame(tmp_path, version):
     assert [s.action for s in tracks[0].segments] == ["grab", "hold"]
 
 
-def test_a_second_export_changes_only_what_was_labelled_anew(tmp_path):
-    folder = tmp_path / "pen"
-    write_dataset(folder)
+def test_a_second_export_changes_only_what_was_labelled_anew(folder):
     project = imported(folder)
     label(project, GRABS, names=["pen-0", "pen-3"])
     assert export(project, folder) == 0
@@ -236,12 +249,8 @@ def test_a_second_export_changes_only_what_was_labelled_anew(tmp_path):
     }
 
 
-def test_a_number_without_a_name_gets_no_other_ones(tmp_path):
+def test_a_number_without_a_name_gets_no_other_ones(folder, project):
     # Their tools keep the numbers, and not the table.
-    folder = tmp_path / "pen"
-    write_dataset(folder)
-    project = imported(folder)
-    label(project, GRABS)
     assert export(project, folder) == 0
     (folder / "meta/subtasks.parquet").unlink()
     assert not any(recording.tracks for recording in read(folder))
@@ -251,11 +260,7 @@ def test_a_number_without_a_name_gets_no_other_ones(tmp_path):
     assert labels_of(1, folder) == ["unlabelled"] * 15
 
 
-def test_the_labels_of_one_coder_are_written(tmp_path, capsys):
-    folder = tmp_path / "pen"
-    write_dataset(folder)
-    project = imported(folder)
-    label(project, GRABS)
+def test_the_labels_of_one_coder_are_written(folder, project, capsys):
     label(project, (Segment(0.0, 0.1, "pull"),), author="Zoe")
     before = hashes(folder)
     assert export(project, folder) == 1
@@ -265,9 +270,7 @@ def test_the_labels_of_one_coder_are_written(tmp_path, capsys):
     assert set(subtasks(folder)) == {"unlabelled", "pull"}
 
 
-def test_only_episodes_of_the_dataset_are_written(tmp_path, capsys):
-    folder = tmp_path / "pen"
-    write_dataset(folder)
+def test_only_episodes_of_the_dataset_are_written(folder, tmp_path, capsys):
     project = imported(folder)
     table = tmp_path / "other.csv"
     table.write_text("t,fx\n" + "".join(f"{i / 100},{i}\n" for i in range(50)), "utf-8")
@@ -307,9 +310,7 @@ def test_an_episode_is_known_by_its_samples_also_under_another_number(tmp_path):
     assert labels_of(0, folder) == ["unlabelled"] * 9
 
 
-def test_labels_go_nowhere_but_into_a_dataset_outside_of_projects(tmp_path, capsys):
-    folder = tmp_path / "pen"
-    write_dataset(folder)
+def test_labels_go_nowhere_but_into_a_dataset_outside_of_projects(folder, tmp_path, capsys):
     project = folder / "study.forcelab"
     assert main(["import", str(project), str(folder)]) == 0
     label(project, GRABS)
@@ -331,11 +332,7 @@ def test_labels_go_nowhere_but_into_a_dataset_outside_of_projects(tmp_path, caps
         assert main(["export", str(tmp_path), *options, str(folder)]) == 2
 
 
-def test_a_folder_that_is_a_link_is_not_written_through(tmp_path, capsys):
-    folder = tmp_path / "pen"
-    write_dataset(folder)
-    project = imported(folder)
-    label(project, GRABS)
+def test_a_folder_that_is_a_link_is_not_written_through(folder, project, tmp_path, capsys):
     elsewhere = (folder / "data").rename(tmp_path / "disk")
     (folder / "data").symlink_to(elsewhere)
     before = hashes(elsewhere)
@@ -378,11 +375,7 @@ def _export_and_die(moment, project, folder):
 @pytest.mark.parametrize(
     "moment", ["half written", "data written", "before the swap", "after the swap"]
 )
-def test_killed_at_any_moment_the_old_or_the_new_dataset_is_there(tmp_path, moment):
-    folder = tmp_path / "pen"
-    write_dataset(folder)
-    project = imported(folder)
-    label(project, GRABS)
+def test_killed_at_any_moment_the_old_or_the_new_dataset_is_there(folder, project, moment):
     before = hashes(folder)
     context = multiprocessing.get_context("fork")
     child = context.Process(target=_export_and_die, args=(moment, project, folder))
@@ -398,11 +391,7 @@ def test_killed_at_any_moment_the_old_or_the_new_dataset_is_there(tmp_path, mome
     assert len(read(folder)) == 4
 
 
-def test_on_a_full_disk_the_old_dataset_stays(tmp_path, monkeypatch, capsys):
-    folder = tmp_path / "pen"
-    write_dataset(folder)
-    project = imported(folder)
-    label(project, GRABS)
+def test_on_a_full_disk_the_old_dataset_stays(folder, project, tmp_path, monkeypatch, capsys):
     before = hashes(tmp_path)
 
     def full(_):
@@ -556,9 +545,7 @@ def test_data_that_contradict_the_description_are_one_sentence(tmp_path):
         read(tmp_path / "pen")
 
 
-def test_a_subtask_that_has_no_name_is_no_label(tmp_path):
-    folder = tmp_path / "pen"
-    write_dataset(folder)
+def test_a_subtask_that_has_no_name_is_no_label(folder):
     file = folder / "data/chunk-000/file-000.parquet"
     table = pq.read_table(file)
     numbers = np.full(len(table), -1)

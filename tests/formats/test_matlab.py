@@ -79,11 +79,7 @@ def test_a_struct_array_of_trials_is_a_demonstration_each(path):
     trials = [{"t": TIMES, "force": FORCES + i, "phase": CODES + 1} for i in range(3)]
     write_mat(path, trials=trials, note="three trials")
     recordings = read(path)
-    assert [recording.demonstration.name for recording in recordings] == [
-        "pull 1",
-        "pull 2",
-        "pull 3",
-    ]
+    assert [r.demonstration.name for r in recordings] == ["pull 1", "pull 2", "pull 3"]
     assert np.array_equal(recordings[2].demonstration.signals, FORCES + 2)
     assert actions(recordings[0]) == ["1", "0", "2"]
 

@@ -65,12 +65,8 @@ def test_missing_samples_leave_a_gap_and_are_counted(dump):
     created = recording.demonstration
     assert created.gaps == (pytest.approx((0.100, 0.140)),)
     assert np.isfinite(created.signals).all()
-    assert recording.statistics == {
-        "packets": 219,
-        "bad_checksums": 0,
-        "skipped_bytes": 0,
-        "missing_samples": 41,
-    }
+    statistics = {"packets": 219, "bad_checksums": 0, "skipped_bytes": 0, "missing_samples": 41}
+    assert recording.statistics == statistics
     assert "41 samples went missing in 2 places, at most 40 at once after 0.099 s" in " ".join(
         recording.remarks
     )

@@ -180,9 +180,7 @@ def test_noise_passes_no_oftener_than_a_sum_lets_it():
 
 
 @pytest.mark.real
-def test_a_real_stream_loses_one_packet_at_each_place_where_bytes_were_put_into_it(
-    real_file,
-):
+def test_a_real_stream_loses_one_packet_at_each_place_where_bytes_were_put_into_it(real_file):
     data = real_file("optoforce/stream-3axis.bin").read_bytes()
     parser, packets = parse_all(data)
     assert len(packets) == 34_374 - 54

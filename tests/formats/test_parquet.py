@@ -15,13 +15,7 @@ from forcelab.cli import main
 from forcelab.errors import InputError
 from forcelab.formats import identify, parquet, preview
 from forcelab.formats.recording import ReadOptions
-from tests.formats.column_files import (
-    NOON,
-    forces,
-    whole_arrow,
-    wobbling_stamps,
-    write_arrow,
-)
+from tests.formats.column_files import NOON, forces, whole_arrow, wobbling_stamps, write_arrow
 
 SUFFIXES = ["parquet", "feather", "arrow"]
 
@@ -56,7 +50,7 @@ def test_stamps_forces_and_labels_come_out_as_they_went_in(tmp_path, suffix):
     assert labels(recording) == [(round(edges[0], 6), round(edges[1], 6), "grab")]
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(5))
 def test_a_table_is_read_as_the_same_table_in_text(tmp_path, seed):
     """Whatever the columns are: same roles, same numbers, same labels, same remarks."""
     dice = random.Random(seed)
@@ -204,19 +198,11 @@ def test_a_file_that_is_cut_off_is_one_sentence(tmp_path, at):
 
 
 def test_labels_beside_are_read_with_their_recording(tmp_path, capsys):
-    columns = {"t": np.arange(50) / 100, "fx": forces(50)[:, 0]}
+    columns = {"t": np.arange(50) / 100, "fx": forces(50)[:, 0], "blob": [b"x"] * 50}
     files = [write_arrow(tmp_path / "pull.parquet", columns), tmp_path / "pull.labels.csv"]
     files[1].write_text("start,end,action\n0.1,0.3,grab\n", "utf-8")
     assert main(["import", str(tmp_path / "p.forcelab"), *map(str, files), "--task", "pull"]) == 0
     printed = capsys.readouterr().out
     assert "The labels were read from pull.labels.csv." in printed
-    assert "1 recording: 1 new" in printed
-
-
-def test_a_shell_imports_a_parquet_file(tmp_path, capsys):
-    columns = {"t": np.arange(50) / 100, "fx": forces(50)[:, 0], "blob": [b"x"] * 50}
-    path = write_arrow(tmp_path / "pull.parquet", columns)
-    assert main(["import", str(tmp_path / "p.forcelab"), str(path), "--task", "pull"]) == 0
-    printed = capsys.readouterr().out
-    assert re.search(r"new +pull\n", printed)
     assert "No numbers or words were read from blob (binary)." in printed
+    assert "1 recording: 1 new" in printed

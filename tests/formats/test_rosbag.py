@@ -5,7 +5,6 @@ import os
 import re
 import sqlite3
 import struct
-import sys
 import tempfile
 import time
 
@@ -19,7 +18,6 @@ from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2.reader import zstd
 from rosbags.typesys import Stores, get_typestore
 
-from forcelab.cli import main
 from forcelab.errors import InputError
 from forcelab.formats import identify
 from forcelab.signals.channels import channel_map
@@ -547,24 +545,6 @@ def test_a_bag_under_another_name_says_what_to_call_it(tmp_path):
         InputError, match=r"a\.bin' is a ROS bag by its content; rename it to \*\.bag"
     ):
         read_single(path)
-
-
-def test_without_the_library_it_is_said_how_to_install_it(tmp_path, monkeypatch):
-    path = write_bag(tmp_path / "a.bag", {"/ft": (WRENCH, wrenches())})
-    for name in [name for name in sys.modules if name.split(".")[0] == "rosbags"]:
-        monkeypatch.delitem(sys.modules, name)
-    monkeypatch.setitem(sys.modules, "rosbags", None)
-    with pytest.raises(InputError, match=r"-m pip install .forcelab\[rosbag\]"):
-        read_single(path)
-
-
-def test_bags_are_imported_by_the_command_line(tmp_path, capsys):
-    write_bag(tmp_path / "a", {"/ft": (WRENCH, wrenches())}, ros=2)
-    write_bag(tmp_path / "b.bag", {"/ft": (WRENCH, wrenches(60))})
-    files = [str(tmp_path / name) for name in ("a", "b.bag")]
-    chosen = ["--task", "peg", "--format", "rosbag"]
-    assert main(["import", str(tmp_path / "p.forcelab"), *files, *chosen]) == 0
-    assert "2 recordings: 2 new" in capsys.readouterr().out
 
 
 def test_labels_of_several_lines_become_one(tmp_path):

@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from factories import BAYES_SETTINGS, FOAM_SELECTION, make_labelled_project, read_single
+from factories import (
+    BAYES_SETTINGS,
+    FOAM_SELECTION,
+    cached_project,
+    make_labelled_project,
+    read_single,
+)
 
 from forcelab.cli import main
 from forcelab.demonstration import Channel, Demonstration
@@ -15,8 +21,8 @@ from forcelab.formats.samples import Prediction, SampleTable
 from forcelab.jobs import finish
 from forcelab.labels import Segment, Track
 from forcelab.project import Project
-from forcelab.recognition.experiments import evaluate_tasks_job
 from forcelab.recognition.probabilities import ProbabilityTrace
+from forcelab.recognition.project_runs import evaluate_tasks_job
 from forcelab.review.run_result import latest_predictions, latest_run
 
 TIMES = np.arange(400) / 100 * (1 + np.arange(400) / 1e5)
@@ -122,13 +128,16 @@ def test_probabilities_are_those_of_the_time_and_unknown_in_gaps():
     assert trace.at("slip", times).tolist() == [0.0] * 5
 
 
+def make_evaluated(path):
+    make_labelled_project(path)
+    with Project.open(path) as project:
+        finish(evaluate_tasks_job(project, BAYES_SETTINGS.replace(stride=10), FOAM_SELECTION))
+
+
 @pytest.fixture
 def evaluated(tmp_path):
     """A labelled project with a run."""
-    path = make_labelled_project(tmp_path / "study.forcelab")
-    with Project.open(path) as project:
-        finish(evaluate_tasks_job(project, BAYES_SETTINGS.replace(stride=10), FOAM_SELECTION))
-    return path
+    return cached_project(make_evaluated, tmp_path / "study.forcelab")
 
 
 def test_the_latest_run_of_a_task_is_exported_beside_the_labels(evaluated, tmp_path):

@@ -6,7 +6,6 @@ from factories import read_single
 
 pytest.importorskip("nptdms")
 
-from forcelab.cli import main
 from forcelab.errors import InputError
 from forcelab.formats import identify, preview
 from forcelab.formats.recording import ReadOptions
@@ -131,9 +130,3 @@ def test_a_file_that_is_cut_off_is_told_or_refused(tmp_path, at):
             assert "The file ends in the middle of a segment; what is there was read." in remarks
             with pytest.raises(InputError, match="in the middle of a segment"):
                 read_single(path, strict=True)
-
-
-def test_a_shell_imports_two_groups(tmp_path, capsys):
-    path = whole_tdms(tmp_path)[0]
-    assert main(["import", str(tmp_path / "p.forcelab"), str(path), "--task", "pull"]) == 0
-    assert "Room (10 Hz, 10 samples) was interpolated" in capsys.readouterr().out

@@ -168,6 +168,7 @@ def as_written(tracks):
     )
 
 
+@settings(max_examples=25)
 @given(st.lists(tracks(words), min_size=1, max_size=3, unique_by=lambda track: track.author))
 def test_csv_is_read_back_as_it_is_written(written):
     with tempfile.TemporaryDirectory() as folder:
@@ -177,6 +178,7 @@ def test_csv_is_read_back_as_it_is_written(written):
         assert read_tracks(path, ReadOptions()) == as_written(written)
 
 
+@settings(max_examples=25)
 @given(tracks(words))
 def test_audacity_is_read_back_as_it_is_written(track):
     with tempfile.TemporaryDirectory() as folder:

@@ -46,10 +46,7 @@ def test_a_video_named_together_with_its_recording_is_attached(lab):
 def test_recordings_of_one_name_in_several_folders_get_each_its_own_video():
     files = [Path(f"s{n}/trial.{ending}") for n in (1, 2) for ending in ("csv", "mp4")]
     first, second = files[0], files[2]
-    assert pair_videos(files) == (
-        [first, second],
-        {first: {"": files[1]}, second: {"": files[3]}},
-    )
+    assert pair_videos(files) == ([first, second], {first: {"": files[1]}, second: {"": files[3]}})
     # Only the second one has a video: the first one must not get that.
     assert pair_videos([first, *files[2:]]) == ([first, second], {second: {"": files[3]}})
     # A video apart from them may be of either, and so is of none.

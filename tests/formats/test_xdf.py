@@ -6,7 +6,6 @@ from factories import read_single
 
 pytest.importorskip("pyxdf")
 
-from forcelab.cli import main
 from forcelab.errors import InputError
 from forcelab.formats import identify, preview
 from forcelab.formats.recording import ReadOptions
@@ -214,9 +213,3 @@ def test_numbers_that_no_file_can_hold_are_refused(tmp_path):
         path.write_bytes(changed)
         with pytest.raises(InputError, match=r"^.*a\.xdf.*\.$"):
             read_single(path)
-
-
-def test_a_shell_imports_a_recording_with_its_markers(tmp_path, capsys):
-    path = whole_xdf(tmp_path)[0]
-    assert main(["import", str(tmp_path / "p.forcelab"), str(path), "--task", "pull"]) == 0
-    assert "Labels were read from Markers" in capsys.readouterr().out

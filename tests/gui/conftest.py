@@ -6,7 +6,7 @@ import threading
 import time
 
 import pytest
-from window_helpers import PATIENCE, open_painted_document, status_messages
+from window_helpers import PATIENCE, open_painted_document, painted_once, status_messages
 
 
 @pytest.fixture(scope="session")
@@ -119,11 +119,12 @@ def windows(app, until):
     def make(start=None, author="Ann", size=(1100, 700)):
         window = Window(author)
         created.append(window)
-        window.resize(*size)
-        window.restore_layout()
-        window.show()
-        window.begin(start or LaunchOptions())
-        until(lambda: window.settled)
+        with painted_once(window):
+            window.resize(*size)
+            window.restore_layout()
+            window.show()
+            window.begin(start or LaunchOptions())
+            until(lambda: window.settled)
         return window
 
     yield make
@@ -152,21 +153,23 @@ def window_of_file(windows_of_file, until):
     def begin(start, author="Ann", size=(1100, 700)):
         reused = bool(windows_of_file) and windows_of_file[-1].isVisible()
         window = windows_of_file[-1] if reused else Window(author)
-        window.resize(*size)
-        if not reused:
-            window.setProperty("of file", True)
-            windows_of_file.append(window)
-            window.restore_layout()
-            window.show()
-        window.begin(start)
-        if reused:
-            window.commands["reset_layout"].trigger()
-            window.document.set_author(author)
-        until(lambda: window.settled)
+        with painted_once(window):
+            window.resize(*size)
+            if not reused:
+                window.setProperty("of file", True)
+                windows_of_file.append(window)
+                window.restore_layout()
+                window.show()
+            window.begin(start)
+            if reused:
+                window.commands["reset_layout"].trigger()
+                window.document.set_author(author)
+            until(lambda: window.settled)
         return window
 
     yield begin
     for window in [*windows_of_file]:
+        window.setUpdatesEnabled(False)
         window.show_workspace("label")
         window.document.close()
         if any("capture" in job for job in window.jobs.busy):  # devices are searched for a second

@@ -15,7 +15,7 @@ from PySide6.QtTest import QAbstractItemModelTester, QTest
 from PySide6.QtWidgets import QInputDialog, QLabel, QPushButton
 
 from forcelab.demonstration import Channel, Demonstration
-from forcelab.gui import demonstration_list, theme
+from forcelab.gui import demonstration_menu, demonstration_painter, theme
 from forcelab.gui.demonstration_list import DemonstrationList, OrderButton
 from forcelab.gui.demonstration_model import (
     DemonstrationModel,
@@ -179,7 +179,7 @@ def test_the_model_is_as_qt_wants_it(listing, document):
     assert listing.model.rowCount() == 0
 
 
-def test_a_row_tells_ones_own_share_and_who_else_labelled(listing):
+def test_a_row_tells_ones_own_share_and_who_else_labelled(listing, document):
     assert (row(listing, "pen-2").share, row(listing, "pen-2").others) == (0.5, (("bert", 0.25),))
     assert row(listing, "block").others == (("net", 0.1),)
     assert row(listing, "pen-10") == DemonstrationRow(row(listing, "pen-10").info)
@@ -189,9 +189,6 @@ def test_a_row_tells_ones_own_share_and_who_else_labelled(listing):
     tip = index.data(Qt.ItemDataRole.ToolTipRole)
     for part in ("10.00 s", "10 Hz", "/data/pen-2.csv", row(listing, "pen-2").info.id):
         assert part in tip
-
-
-def test_another_coder_sees_their_own_share(listing, document):
     document.set_author("bert")
     assert (row(listing, "pen-2").share, row(listing, "pen-2").others) == (0.25, (("anna", 0.5),))
     assert row(listing, "sponge").share == 1.0
@@ -202,9 +199,7 @@ def test_another_coder_sees_their_own_share(listing, document):
 )
 def test_zero_and_hundred_percent_are_nothing_and_everything(share, reported):
     assert percent(share) == reported
-
-
-def test_painting_past_the_end_is_not_more_than_everything():
+    # Nor is what is painted past the end more than everything.
     infos = [info("0" * 32, "x", anna=9.7)]
     assert rows_of(infos, [], "anna")[0].share == 1.0
     assert rows_of(infos, [], "bert")[0].others == (("anna", 1.0),)
@@ -219,8 +214,8 @@ def test_what_is_painted_is_soon_in_the_list(listing, document, until):
     assert document.editor.undo_everywhere()
     until(lambda: row(listing, "pen-10").share == 0.0)
     assert document.editor.paint(0.0, 3.0, "grab")
-    document.refresh_info()
     open_named(document, "pen-2")
+    document.refresh_info()  # as the window does a moment later
     document.listing_changed.emit()
     assert row(listing, "pen-10").share == pytest.approx(0.3)
     del store.infos
@@ -485,7 +480,9 @@ def test_a_blind_coder_learns_nothing_of_the_others(listing, document, answers, 
     assert not any("bert" in title for title in entries(listing, [row(listing, "pen-2")]))
     drawn = []
     with monkeypatch.context() as patched:
-        patched.setattr(demonstration_list, "draw_line", lambda *words, **_: drawn.append(words[2]))
+        patched.setattr(
+            demonstration_painter, "draw_line", lambda *words, **_: drawn.append(words[2])
+        )
         listing.grab()
     assert drawn[drawn.index("pen-2") :][2] == "others hidden"
     questions = answers("Cancel")
@@ -551,7 +548,7 @@ def test_a_further_video_is_added_and_one_of_several_replaced(
         for name, length in (("pen-10", 3), ("pen-10.left", 4), ("other", 5))
     ]
     names = []
-    monkeypatch.setattr(demonstration_list, "ask_file", lambda *_: films[0])
+    monkeypatch.setattr(demonstration_menu, "ask_file", lambda *_: films[0])
     monkeypatch.setattr(
         QInputDialog, "getItem", lambda *words: names.append(words[3]) or (words[3][0], True)
     )
@@ -580,7 +577,7 @@ def test_a_further_video_is_added_and_one_of_several_replaced(
         label.text() for label in removal_of([row(listing, "pen-10")], "anna").findChildren(QLabel)
     )
     assert "its videos 'video 1', 'left'" in text
-    monkeypatch.setattr(demonstration_list, "ask", lambda *words, **_: words[4][0])
+    monkeypatch.setattr(demonstration_menu, "ask", lambda *words, **_: words[4][0])
     (removing,) = [entry.menu() for text, entry in menu().items() if text == "Remove video"]
     removing.actions()[0].trigger()
     assert list(contents()) == ["left"]
@@ -808,6 +805,15 @@ def test_words_are_found_in_name_task_and_id_in_any_order():
     assert grouped(rows, "", "done") == ()
 
 
+def test_what_is_counted_as_done_is_shown_as_done():
+    infos = [info(f"{s:032x}", f"pen-{s}", "LEGO", anna=s) for s in (4, 9)]
+    half, whole = rows_of(infos, [], "anna")
+    (group,) = grouped((half, whole), "", "all")
+    assert group.finished == 1
+    assert grouped((half, whole), "", "done") == (TaskGroup("LEGO", (whole,)),)
+    assert grouped((half, whole), "", "begun") == (TaskGroup("LEGO", (half,)),)
+
+
 def test_a_number_that_is_searched_finds_names_and_not_by_chance_ids():
     """A coder of 400 who looks for participant 12 is shown that one, not 45 strangers beside it."""
     infos = [
@@ -825,14 +831,6 @@ def test_an_index_that_is_nowhere_is_nothing(app):
     assert not model.index(0, 0).isValid()
     assert not model.index_of("x").isValid()
     assert model.at(QModelIndex()) is None
-
-
-def test_what_was_painted_just_before_another_one_is_opened_stays_told(document, listing):
-    open_named(document, "pen-10")
-    document.editor.paint(0.0, 5.0, "grab")
-    open_named(document, "block")
-    document.refresh_info()  # as the window does a moment later
-    assert row(listing, "pen-10").share == pytest.approx(0.5, abs=0.01)
 
 
 def test_another_one_is_opened_where_the_open_one_was_removed_elsewhere(document, path):

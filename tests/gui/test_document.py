@@ -264,6 +264,44 @@ def test_a_stroke_may_run_backwards_and_needs_time(document):
     assert len(stored(document)) == 2
 
 
+def test_what_a_key_began_is_stored_before_it_is_left(document):
+    pens = [info.id for info in document.infos]
+    ways_to_leave = (
+        document.set_done,
+        lambda: document.open_demonstration(pens[1]),
+        lambda: document.set_author("Ben"),
+    )
+    for start, leave in zip((3, 5, 7), ways_to_leave, strict=True):
+        document.set_author("Ada")
+        document.open_demonstration(pens[0])
+        document.begin_stroke("pull", start)
+        document.view.seek(start + 1)
+        leave()
+        with Project.open(document.project.path) as project:
+            track = project.tracks.get(pens[0], "Ada").segments
+        assert track[-1] == Segment(start, start + 1, "pull")
+        assert document.stroke is None
+
+
+def test_what_a_key_began_paints_over_nothing_unless_it_is_ended(document):
+    messages = status_messages(document)
+    pens = [info.id for info in document.infos]
+    document.begin_stroke("pull", 0.5)
+    document.view.seek(3)
+    assert not document.set_done()
+    refusal = "pull from 0.50 s is not ended: press its key again, or Esc to cancel it."
+    assert messages[-1] == (refusal, True)
+    assert not any(assignment.done for assignment in document.project.coding.assignments("Ada"))
+    assert document.open_demonstration(pens[1])
+    assert messages[-1] == ("pull from 0.50 s was not ended: it is not stored.", True)
+    document.open_demonstration(pens[0])
+    assert stored(document) == (Segment(1, 2, "grab"),)
+    document.begin_stroke("pull", 7)  # and nothing was begun where the cursor has not moved
+    document.view.seek(7)
+    assert document.set_done()
+    assert stored(document) == (Segment(1, 2, "grab"),)
+
+
 def test_what_was_changed_elsewhere_is_read_once_the_store_can_be_read(document, monkeypatch):
     with Project.open(document.project.path) as other:
         other.tracks.edit(document.id, "Ada", document.editor.segments, (), "emptied")

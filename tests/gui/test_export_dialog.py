@@ -75,6 +75,8 @@ def test_it_is_told_how_many_of_all_have_no_labels(dialog, document, tmp_path, u
     document.project.demonstrations.add(bare)
     document.reread()
     other = ExportDialog(document, dialog._jobs, [info.id for info in document.infos])
+    authors = [other.author.itemText(i) for i in range(other.author.count())]
+    assert authors == ["All coders", document.author, "Zoe"]
     other.author.setCurrentIndex(0)
     other.which.setCurrentIndex(other.which.findText("All", Qt.MatchFlag.MatchStartsWith))
     other.export(tmp_path / "all")
@@ -85,6 +87,8 @@ def test_it_is_told_how_many_of_all_have_no_labels(dialog, document, tmp_path, u
     other.export(tmp_path / "hers")
     until(other.go.isEnabled)
     assert "1 demonstration has no labels by Zoe yet." in other._report_label.text()
+    texts = written(tmp_path / "hers").values()
+    assert all("Zoe" in text and document.author not in text for text in texts)
     other.reject()
     other.deleteLater()
 
@@ -126,7 +130,8 @@ def test_a_blind_coder_exports_only_what_is_not_hidden(dialog, document, tmp_pat
 
 
 def test_files_that_are_there_are_replaced_only_on_demand(dialog, tmp_path, until):
-    for replacing, messages in ((False, "Written"), (False, "already"), (True, "Written")):
+    how = dialog.replacing.text().lower()  # the refusal names the box to tick
+    for replacing, messages in ((False, "Written"), (False, how), (True, "Written")):
         dialog.replacing.setChecked(replacing)
         dialog.export(tmp_path / "out")
         until(dialog.go.isEnabled)
@@ -181,17 +186,6 @@ def test_models_are_named_where_they_have_tracks_and_predictions_where_a_format_
     assert other.author.itemText(0) == "All coders and models"
     other.reject()
     other.deleteLater()
-
-
-def test_labels_by_one_coder(dialog, document, tmp_path, until):
-    authors = [dialog.author.itemText(i) for i in range(dialog.author.count())]
-    assert authors == ["All coders", document.author, "Zoe"]
-    dialog.author.setCurrentIndex(2)
-    dialog.export(tmp_path / "one")
-    until(dialog.go.isEnabled)
-    assert all(
-        "Zoe" in text and document.author not in text for text in written(tmp_path / "one").values()
-    )
 
 
 def test_labels_go_into_the_dataset_that_was_imported(dialog, tmp_path, until):

@@ -65,38 +65,30 @@ def search(page, text):
     return texts(page)
 
 
-def test_every_key_of_every_command_is_on_the_page(unchanged, keys):
+def test_every_action_key_and_gesture_is_on_the_page(unchanged, keys):
     found = texts(unchanged)
     for command in COMMANDS:
         if keys[command.id]:
             assert command.text.rstrip("…") in found
             for key in keys[command.id]:
                 assert key in found, command.id
-
-
-def test_every_gesture_is_on_the_page(unchanged):
-    found = texts(unchanged)
     for gesture, what in MOUSE_HELP:
         assert gesture in found
         assert what in found
-
-
-def test_the_actions_of_the_task_come_first(unchanged):
-    assert texts(unchanged)[:5] == ["Actions of this task", "1", "grab", "2", "a < b & c"]
+    assert found[:5] == ["Actions of this task", "1", "grab", "2", "a < b & c"]
+    for widget in (unchanged.findChild(QLineEdit), unchanged.findChild(QScrollArea)):
+        assert widget.accessibleName()
 
 
 def test_without_actions_there_is_no_section_of_them(keys, app):
     assert "Actions of this task" not in texts(HelpPage(Document("Ada"), keys))
 
 
-def test_a_key_that_was_changed_is_shown_at_once(page, keys):
+def test_changed_keys_and_actions_are_shown_at_once(page, document, keys):
     keys.set_keys("play", ["F8"])
     found = texts(page)
     assert "F8" in found
     assert "Space" not in found
-
-
-def test_other_actions_are_shown_at_once(page, document):
     document.vocabulary = Vocabulary().with_actions("slip")
     document.vocabulary_changed.emit()
     assert texts(page)[:3] == ["Actions of this task", "1", "slip"]
@@ -171,11 +163,6 @@ def test_it_follows_the_theme(page, app):
     colours = {picture.pixelColor(20, y).name() for y in range(picture.height())}
     assert {theme.DARK.panel, theme.DARK.frame} <= colours
     theme.use_theme(app, "light")
-
-
-def test_everything_has_a_name_for_screen_readers(unchanged):
-    for widget in (unchanged.findChild(QLineEdit), unchanged.findChild(QScrollArea)):
-        assert widget.accessibleName()
 
 
 def test_keys_that_desktops_take_stand_after_others():

@@ -7,13 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.io
-from factories import foam_demonstration, numbered_frame
+from factories import cached_project, foam_demonstration, numbered_frame
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QComboBox,
     QDoubleSpinBox,
     QLabel,
+    QLineEdit,
     QListWidget,
     QMessageBox,
     QProgressBar,
@@ -22,6 +23,7 @@ from PySide6.QtWidgets import (
 )
 from window_helpers import named
 
+from forcelab.demonstration import Channel
 from forcelab.formats.export import exporting
 from forcelab.formats.importing import importing
 from forcelab.formats.optoforce_packets import KINDS
@@ -39,12 +41,14 @@ from tests.formats.optoforce_streams import stream
 FOAM = Path(__file__).parents[2] / "assets" / "foam-01.csv"
 
 
+def empty_project(path):
+    Project.create(path).close()
+
+
 @pytest.fixture
 def document(app, tmp_path):
-    path = tmp_path / "study.forcelab"
-    Project.create(path).close()
     document = Document("Ann")
-    document.open_project(path)
+    document.open_project(cached_project(empty_project, tmp_path / "study.forcelab"))
     yield document
     document.close()
 
@@ -352,6 +356,28 @@ def test_files_are_looked_for_where_the_last_ones_were_chosen(dialog, tmp_path, 
     assert questions == [tmp_path, FOAM.parent]
 
 
+def test_what_is_typed_after_choosing_files_is_their_task(document, open_on, monkeypatch, until):
+    dialog = open_on()
+    monkeypatch.setattr(import_dialog, "ask_files", lambda *_: [FOAM])
+    (pick,) = [b for b in dialog.findChildren(QPushButton) if b.text() == "Choose files…"]
+    pick.setFocus()
+    pick.click()
+    QTest.keyClicks(dialog.focusWidget(), "foam")
+    QTest.keyClick(dialog.focusWidget(), Qt.Key.Key_Return)
+    until(lambda: document.id)
+    assert document.demonstration.task == "foam"
+    pick.click()  # the task of the next files is asked for again
+    assert dialog.focusWidget() is named(dialog, QComboBox, "Task")
+    dialog.focusWidget().setCurrentText("foam")
+    pick.click()
+    assert dialog.focusWidget() is import_button(dialog)
+
+
+def test_the_dialog_names_the_project_that_is_imported_into(document, dialog):
+    name = f"{document.project.path.name} (File > New project… begins another)"
+    assert any(label.text() == name and label.isVisible() for label in dialog.findChildren(QLabel))
+
+
 def test_labels_are_the_files_own_unless_a_coder_is_chosen(document, dialog, until):
     file_list(dialog).item(1).setSelected(True)
     file_list(dialog).actions()[0].trigger()
@@ -479,6 +505,38 @@ def test_a_counter_can_be_made_a_signal_and_a_signal_be_left_out(document, germa
     assert {channel.name for channel in document.demonstration.channels} == {"Kraft_x", "Paket"}
 
 
+def units_asked(dialog):
+    """The fields for units, by the columns' names; none while the column is hidden."""
+    table, columns = dialog.columns.table, dialog.columns.uses
+    if table.isColumnHidden(4):
+        return {}
+    cells = {column.name: table.cellWidget(row, 4) for row, column in enumerate(columns)}
+    return {name: cell.findChild(QLineEdit) for name, cell in cells.items() if cell is not None}
+
+
+def test_units_that_a_file_does_not_state_are_entered_and_remembered(
+    document, german, open_on, until, tmp_path
+):
+    assert list(units_asked(german)) == ["Kraft_x", "Taster"]
+    choose(german, "Taster", "left out")
+    until(lambda: list(units_asked(german)) == ["Kraft_x"])
+    QTest.keyClicks(units_asked(german)["Kraft_x"], " mN")
+    import_button(german).click()
+    until(lambda: document.id)
+    assert document.demonstration.channels == (Channel("Kraft_x", "mN"),)
+    again = tmp_path / "VP08.csv"
+    again.write_text(GERMAN.replace("08:", "09:"))
+    dialog = open_on(again)
+    assert units_asked(dialog)["Kraft_x"].text() == "mN"
+    assert "as was chosen for such a file before" in dialog.columns.heading.text()
+
+
+def test_a_file_that_states_all_its_units_is_not_asked_for_them(open_on, tmp_path):
+    path = tmp_path / "pull.csv"
+    path.write_text("time [s],fz [N]\n" + "".join(f"{n / 50},{n % 7}\n" for n in range(99)))
+    assert not units_asked(open_on(path))
+
+
 def test_without_its_times_a_table_goes_by_its_counter_and_rate(document, german, until):
     choose(german, "Uhrzeit", "left out")
     assert "counts its samples" in german.columns.heading.text()
@@ -558,23 +616,6 @@ def test_the_columns_of_a_file_that_is_clicked_are_shown(german, tmp_path):
     assert "Paket" in read_as(german)
     file_list(german).setCurrentRow(1)
     assert read_as(german) == {"t": "times", "Druck": "signal"}
-
-
-def test_the_columns_of_a_parquet_file_are_chosen_as_those_of_text(
-    document, open_on, tmp_path, until
-):
-    pa = pytest.importorskip("pyarrow")
-    from tests.formats.column_files import write_arrow
-
-    action = pa.array(["grab"] * 50 + ["hold"] * 50).dictionary_encode()
-    columns = {"clock": [i / 50 for i in range(100)], "fx": [1.5] * 100, "what": action}
-    dialog = open_on(write_arrow(tmp_path / "a.parquet", columns))
-    assert read_as(dialog) == {"clock": "times", "fx": "signal", "what": "labels"}
-    dialog.columns.wish("what", "left out")
-    QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
-    until(lambda: document.id)
-    assert [channel.name for channel in document.demonstration.channels] == ["fx"]
-    assert document.demonstration.duration == pytest.approx(2.0)
 
 
 def write_fold(path, forces=FORCES):
@@ -694,32 +735,6 @@ def test_channels_and_markers_of_streams_are_chosen(document, open_on, tmp_path,
     until(lambda: document.id)
     names = [channel.name for channel in document.demonstration.channels]
     assert names == ["fx", "fy", "fz", "Pose 3"]
-
-
-def test_a_field_of_a_bag_that_is_no_force_can_be_made_a_signal(document, open_on, tmp_path, until):
-    pytest.importorskip("rosbags")
-    from tests.formats.rosbag_files import WRENCH, stamp, wrenches, write_bag
-
-    poses = [(i / 100, {"header": {"stamp": stamp(i / 100)}, "point": {"z": i}}) for i in range(50)]
-    bag = write_bag(
-        tmp_path / "a",
-        {"/ft": (WRENCH, wrenches()), "/tip": ("geometry_msgs/msg/PointStamped", poses)},
-        ros=2,
-    )
-    dialog = open_on(bag)
-    uses = read_as(dialog)
-    assert uses["/ft.header.stamp"] == "times"
-    assert uses["/ft.wrench"] == "signal"
-    assert uses["/tip.point"] == "left out"
-    choices = {column.name: column.choices for column in dialog.columns.uses}
-    assert choices["/tip.point"] == ("signal", "left out")
-    assert "Columns of" in dialog.columns.heading.text()
-    dialog.columns.wish("/tip.point", "signal")
-    assert read_as(dialog)["/tip.point"] == "signal"
-    QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
-    until(lambda: document.id)
-    names = [channel.name for channel in document.demonstration.channels]
-    assert names == ["fx", "fy", "fz", "tx", "ty", "tz", "point.x", "point.y", "point.z"]
 
 
 def test_cameras_of_a_bag_are_videos_unless_they_are_left_out(document, open_on, tmp_path, until):

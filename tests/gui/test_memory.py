@@ -36,7 +36,7 @@ ACTIONS = ("grab", "hold", "release")
 HUMAN = (Segment(0, 2, "grab"), Segment(2, 6, "hold"), Segment(6, 8, "release"))
 SEEN = (Segment(0, 2.1, "grab"), Segment(2.1, 3, "hold"), Segment(3, 8, "release"))
 #: So many are opened; what is there after the first of them is all there ever is.
-COUNT, FIRST = 66, 18
+COUNT, FIRST = 48, 12
 
 
 @pytest.fixture
@@ -174,5 +174,5 @@ def test_a_day_of_demonstrations_leaves_nothing_behind(app, study, until):
     grown = counts[1] - counts[0]
     # The labels themselves are kept, by the store and the queue; and memory goes by pages.
     # SQLite closes a second connection's handle only when no other connection holds a lock.
-    allowed = {"MB": 9, "Segment": 12 * (COUNT - FIRST), store_handle(study): 1}
+    allowed = {"MB": 7, "Segment": 12 * (COUNT - FIRST), store_handle(study): 1}
     assert {what: more for what, more in grown.items() if more > allowed.get(what, 0)} == {}

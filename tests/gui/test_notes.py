@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QLabel, QMenu
 from window_helpers import status_messages
 
 from forcelab.gui import theme
-from forcelab.gui.demonstration_list import NoteDialog
+from forcelab.gui.demonstration_menu import NoteDialog
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.removal_dialog import Removal, removal_of
 from forcelab.project import Project
@@ -260,14 +260,10 @@ def test_what_could_not_be_stored_is_said_and_stays_typed(window, path, until, m
     monkeypatch.setattr(window.document.project._db, "_refusal", "It may only be read here.")
     QTest.keyClick(window.label.tracks, Qt.Key.Key_N, CTRL_SHIFT)
     assert "may only be read here" in messages[-1][0]
-    assert not asking(window)
-
-
-def test_without_a_demonstration_there_is_nothing_to_note_on(window):
-    messages = status_messages(window.document)
     window.document.close()
     window.commands["note"].trigger()
-    assert messages == [("Open or make a project first.", True)]
+    assert messages[-1] == ("Open or make a project first.", True)
+    assert not asking(window)
 
 
 @pytest.mark.parametrize("choice", ["light", "dark"])

@@ -48,7 +48,7 @@ def test_the_demonstration_of_last_time_is_opened_but_not_for_a_picture(document
     assert document.id == first.id
 
 
-def test_the_start_page_keeps_saying_why_a_project_did_not_open(app, tmp_path):
+def test_the_start_page_says_why_a_project_did_not_open_and_where_the_sample_goes(app, tmp_path):
     window = Window("Ann", remembering=False)
     window.begin(LaunchOptions(project=tmp_path / "nwe.forcelab"))
     trouble = window._welcome._trouble
@@ -58,6 +58,9 @@ def test_the_start_page_keeps_saying_why_a_project_did_not_open(app, tmp_path):
     Project.create(tmp_path / "new.forcelab").close()
     assert window.opening.open(tmp_path / "new.forcelab")
     assert trouble.isHidden()
+    SAMPLE_FOLDER.set_value(tmp_path)
+    sample = window._welcome.findChildren(QCommandLinkButton)[0]
+    assert sample.description().endswith(f", in {tmp_path}.")
     window.close()
 
 
@@ -228,36 +231,6 @@ def test_a_sample_project_goes_on_when_another_project_is_opened(
     document.close()
 
 
-def test_the_start_page_names_the_folder_that_is_chosen_for_the_sample(app, tmp_path):
-    window = Window("Ann", remembering=False)
-    SAMPLE_FOLDER.set_value(tmp_path)
-    sample = window._welcome.findChildren(QCommandLinkButton)[0]
-    assert sample.description().endswith(f", in {tmp_path}.")
-    SAMPLE_FOLDER.reset()
-
-
-def test_a_long_progress_of_the_sample_project_stays_on_one_line(
-    app, tmp_path, monkeypatch, until, hovered
-):
-    ended = []
-    monkeypatch.setattr("forcelab.sample.make_sample_job", endless(ended))
-    monkeypatch.setattr("forcelab.gui.welcome.sample_place", lambda: tmp_path / "sample")
-    window = Window("Ann")
-    window.show()
-    window.begin(LaunchOptions())
-    (shown,) = window._welcome.findChildren(SampleProgress)
-    QTest.mouseClick(window._welcome.findChildren(QCommandLinkButton)[0], Qt.MouseButton.LeftButton)
-    until(lambda: shown.isVisible() and "LEGO" in shown.bar.format())
-    tasks = "simulating marker, stylus, cartridge, LEGO, foam"
-    shown.show_progress(Progress(1, 4, tasks))
-    assert shown.bar.fontMetrics().horizontalAdvance(shown.bar.text()) < shown.bar.width()
-    assert shown.bar.text().startswith("25 %")
-    assert tasks in hovered(shown.bar)
-    shown.cancel.click()
-    until(lambda: ended)
-    window.close()
-
-
 def test_making_the_sample_project_can_be_cancelled_wherever_it_is_shown(
     app, tmp_path, monkeypatch, until, hovered
 ):
@@ -274,6 +247,11 @@ def test_making_the_sample_project_can_be_cancelled_wherever_it_is_shown(
     sample = window._welcome.findChildren(QCommandLinkButton)[0]
     assert not sample.isEnabled()
     assert hovered(sample) == "The sample project is being made."
+    tasks = "simulating marker, stylus, cartridge, LEGO, foam"  # too long for its line
+    here.show_progress(Progress(1, 4, tasks))
+    assert here.bar.fontMetrics().horizontalAdvance(here.bar.text()) < here.bar.width()
+    assert here.bar.text().startswith("25 %")
+    assert tasks in hovered(here.bar)
     here.cancel.click()
     until(lambda: ended)
     assert not here.isVisible()

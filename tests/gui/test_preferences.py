@@ -24,6 +24,8 @@ from window_helpers import PATIENCE, named, stored_rows
 
 from forcelab.errors import InputError
 from forcelab.gui import preferences, settings, theme
+from forcelab.gui.label.ruler import Ruler
+from forcelab.gui.label.tracks import AROUND
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.preferences import (
     HOLD_TIME,
@@ -48,11 +50,14 @@ def window(app, window_of_file, tmp_path):
     path = cached_project(make_foam_project, tmp_path / "study.forcelab", ())
     window = window_of_file(LaunchOptions(project=path), size=(1024, 640))
     activate(window)
+    size = app.font().pointSizeF()
     yield window
     for preference in (REACTION_TIME, SNAPPING):
         preference.reset()
-    theme.use_text_size(app, 100)
-    theme.use_theme(app, "light")
+    if app.font().pointSizeF() != size:
+        theme.use_text_size(app, 100)
+    if theme.colours() is not theme.LIGHT:
+        theme.use_theme(app, "light")
     for dialog in window.findChildren(PreferencesDialog):
         shiboken6.delete(dialog)
 
@@ -123,15 +128,6 @@ def test_what_is_stored_and_sound_counts_and_the_default_is_not_stored():
 def test_presets_are_those_that_exist():
     assert [value for value, _ in PRESET.field.options] == [*PRESET_TEXTS] == [*PRESETS]
     assert PRESET.default in PRESETS
-
-
-def test_every_preference_says_what_it_does(dialog):
-    declared = [getattr(preferences, name) for name in preferences.__all__ if name.isupper()]
-    fields = {getattr(item, "field", item) for item in declared}
-    rows = [row for page in dialog.pages.values() for row in getattr(page, "rows", ())]
-    shown = {row.preference.field for row in rows if hasattr(row, "preference")}
-    assert fields < shown
-    assert all(field.tip.endswith(".") and field.label for field in shown)
 
 
 def test_the_key_opens_one_dialog_and_the_keys_are_a_page_of_it(window, dialog):
@@ -207,6 +203,45 @@ def test_letters_grow_at_once_and_all_of_them(window, dialog, app):
     assert dialog.search.font().pointSizeF() == size
 
 
+def test_plots_and_tracks_grow_with_the_letters(window, dialog, app):
+    label = window.label
+    label.document.open_demonstration(label.document.infos[0].id)
+    [ruler] = window.findChildren(Ruler)
+
+    def sizes():
+        app.processEvents()
+        axis = label.force._lane_axes[0]
+        return (
+            axis.style["tickFont"].pixelSize(),
+            axis.size().width(),
+            label.force.plot.left(),
+            ruler.height(),
+            ruler._numbers.style["tickFont"].pixelSize(),
+            label.tracks.minimumSizeHint().height() - 2 * AROUND,
+            label.overview.height(),
+            label.scalogram._frequencies.size().width(),
+        )
+
+    usual = sizes()
+    dialog.show_page("Appearance")
+    type_into(named(dialog, QDoubleSpinBox, "Text size"), "150")
+    assert sizes() == pytest.approx([1.5 * size for size in usual], abs=1)
+    type_into(named(dialog, QDoubleSpinBox, "Text size"), "200")
+    assert sizes() == pytest.approx([2.0 * size for size in usual], abs=1)
+    click(reset_of(dialog, "Text size"))
+    assert sizes() == usual
+
+
+def test_a_small_screen_holds_the_window_in_larger_letters(window, app):
+    window.document.open_demonstration(window.document.infos[0].id)
+    theme.use_text_size(app, 150)
+    for workspace in ("label", "review", "capture"):
+        window.show_workspace(workspace)
+        window.label.transport.frame.say("frame 1000", "frame 1000")
+        app.processEvents()
+        assert window.minimumSizeHint().width() <= 1024, workspace
+
+
 def test_the_hold_time_is_obeyed_by_the_keys_of_labels(window, dialog):
     document, tracks = window.document, window.label.tracks
 
@@ -273,7 +308,9 @@ def test_a_page_is_reset_and_no_other(dialog):
     assert THEME.value == "dark"
 
 
-def test_the_coder_is_changed_and_reset(window, dialog, monkeypatch):
+def test_the_coder_is_changed_and_reset_while_there_is_a_project(
+    window, dialog, hovered, monkeypatch
+):
     monkeypatch.setattr("getpass.getuser", lambda: "grace")
     box = named(dialog, QComboBox, "Coder")
     assert box.currentText() == "Ann"
@@ -281,19 +318,16 @@ def test_the_coder_is_changed_and_reset(window, dialog, monkeypatch):
     assert (window.document.author, box.currentText()) == ("Grace", "Grace")
     assert settings.coder(window.document.project.path) == "Grace"
     assert not reset_of(dialog, "You label as").isEnabled()
-
-
-def test_what_belongs_to_a_project_waits_for_one(window, dialog, hovered):
+    # What belongs to a project waits for one.
     automatic = named(dialog, QCheckBox, "Train automatically")
-    coder = named(dialog, QComboBox, "Coder")
     dialog.show_page("Training")
     click(automatic)
     assert window.review.trainer.automatic
     window.document.close()
     assert not automatic.isEnabled()
-    assert not coder.isEnabled()
+    assert not box.isEnabled()
     dialog.show_page("Coder")
-    assert hovered(coder.parentWidget()) == "Open a project first."
+    assert hovered(box.parentWidget()) == "Open a project first."
 
 
 def test_a_task_without_settings_of_its_own_follows_the_preset(window, dialog):
@@ -388,7 +422,13 @@ def test_everything_is_remembered_after_a_restart(window, dialog, app):
     again.close()
 
 
-def test_every_page_fits_a_small_window_and_has_names_for_screen_readers(dialog):
+def test_every_page_fits_a_small_window_and_says_what_everything_is(dialog):
+    declared = [getattr(preferences, name) for name in preferences.__all__ if name.isupper()]
+    fields = {getattr(item, "field", item) for item in declared}
+    rows = [row for page in dialog.pages.values() for row in getattr(page, "rows", ())]
+    shown = {row.preference.field for row in rows if hasattr(row, "preference")}
+    assert fields < shown
+    assert all(field.tip.endswith(".") and field.label for field in shown)
     for name in dialog.pages:
         dialog.show_page(name)
         assert dialog.minimumSizeHint().width() < 640

@@ -14,7 +14,9 @@ from PySide6.QtWidgets import (
     QListWidgetItem,
     QMainWindow,
     QMenu,
+    QPlainTextEdit,
     QSpinBox,
+    QTreeWidget,
 )
 
 from forcelab.gui import theme
@@ -199,7 +201,7 @@ def test_the_system_is_followed_while_that_is_the_choice(themed, monkeypatch):
     assert theme.colours() is theme.LIGHT
 
 
-@pytest.mark.parametrize("created", [QSpinBox, QComboBox])
+@pytest.mark.parametrize("created", [QSpinBox, QComboBox, QListWidget, QTreeWidget, QPlainTextEdit])
 @pytest.mark.parametrize("choice", ["light", "dark"])
 def test_a_box_to_type_or_choose_in_has_a_frame_that_is_seen(themed, choice, created):
     theme.use_theme(themed, choice)

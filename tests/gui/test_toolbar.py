@@ -116,9 +116,8 @@ def test_what_cannot_be_done_is_grey_and_says_why(window, hovered, until):
     until(lambda: not button(window, "done_and_next").isEnabled())
     assert "go to Label or Review" in hovered(button(window, "done_and_next"))
     assert button(window, "import").isEnabled()
-
-
-def test_a_tooltip_names_the_key_that_counts(window):
+    # Where nothing is in the way, it says what it does, and the key that counts.
+    window.show_workspace("label")
     assert button(window, "split").toolTip() == "Split the segment at the cursor (Ctrl+B)"
     keys().set_keys("split", ["F8"])
     assert button(window, "split").toolTip() == "Split the segment at the cursor (F8)"
@@ -187,7 +186,7 @@ def test_one_key_marks_it_as_done_and_opens_the_next_that_is_not(window, answers
     press_done_and_next(window)
     assert name_of(window) == "04"
     assert messages[-1][0] == (
-        "'04' is marked as done; no other demonstration in the list is left."
+        "'04' is marked as done; no other demonstration in the list is left; F5 trains."
     )
     assert done_by_ann(window) == ["01", "02", "03", "04"]
     assert questions == []
@@ -246,8 +245,13 @@ def test_a_blind_coder_is_asked_and_sees_nothing_on_the_way(window, answers):
     assert document.other_tracks == {"Ben": HIS}
 
 
-def test_where_the_next_cannot_be_opened_that_is_said(window, monkeypatch):
+def test_where_the_next_cannot_be_opened_or_nothing_be_stored_that_is_said(window, monkeypatch):
     document, messages = window.document, status_messages(window.document)
+    with monkeypatch.context() as reading:
+        reading.setattr(document.project._db, "_refusal", "It may only be read here.")
+        press_done_and_next(window)
+    assert name_of(window) == "01"
+    assert "may only be read here" in messages[-1][0]
 
     def fail(_):
         raise ForcelabError("'02' is damaged.")
@@ -257,14 +261,6 @@ def test_where_the_next_cannot_be_opened_that_is_said(window, monkeypatch):
     assert document.demonstration.name == "01"
     assert ("'02' is damaged.", True) in messages
     assert "is marked" not in messages[-1][0]
-
-
-def test_a_project_that_can_only_be_read_stays_where_it_is(window, monkeypatch):
-    messages = status_messages(window.document)
-    monkeypatch.setattr(window.document.project._db, "_refusal", "It may only be read here.")
-    press_done_and_next(window)
-    assert name_of(window) == "01"
-    assert "may only be read here" in messages[-1][0]
 
 
 def test_what_is_assigned_counts_as_done_once_it_is_marked(window, until):
@@ -280,7 +276,10 @@ def test_what_is_assigned_counts_as_done_once_it_is_marked(window, until):
 def test_in_the_list_commands_act_on_its_row(window, monkeypatch):
     view, asked = window.demonstrations.view, []
     monkeypatch.setattr(QInputDialog, "getText", lambda *what: asked.append(what[-1]) or ("", 0))
-    monkeypatch.setattr(QInputDialog, "getItem", lambda *_: ("Ben", True))
+    offered = []
+    monkeypatch.setattr(
+        QInputDialog, "getItem", lambda *what: offered.append(what[3]) or ("Ben", True)
+    )
     QTest.keyClick(window.label.tracks, Qt.Key.Key_F2)
     view.setFocus()
     QTest.keyClick(view, Qt.Key.Key_Down)
@@ -292,3 +291,4 @@ def test_in_the_list_commands_act_on_its_row(window, monkeypatch):
     assigned = window.document.project.coding.assignments("Ben")
     ids = [info.id for info in window.document.infos]
     assert [ids.index(item.demonstration) for item in assigned] == [1, 2]
+    assert offered == [["Ben", "Ann"]]  # mostly to somebody else

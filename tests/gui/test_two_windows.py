@@ -64,16 +64,13 @@ def broken(*_, **__):
     raise InputError("The disk is gone.")
 
 
-def test_a_brush_stays_behind_where_the_task_has_no_such_action(window):
+def test_a_brush_stays_behind_only_where_the_task_has_no_such_action(window):
     document = window()
     document.set_action("pull")
     document.open_demonstration("brick")
     assert document.action is None
     assert document.vocabulary.names == ("press",)
-
-
-def test_a_brush_that_the_next_task_has_is_kept(window):
-    document = window()
+    document.open_demonstration("pen")
     document.project.actions.set_vocabulary("LEGO", Vocabulary().with_actions("press", "pull"))
     document.set_action("pull")
     document.open_demonstration("brick")

@@ -56,11 +56,11 @@ def window(window_of_file, study):
     return window_of_file(LaunchOptions(project=study))
 
 
-def test_it_is_complete_while_a_training_goes_on_behind_it(windows, study, until):
+def test_it_is_complete_while_a_training_goes_on_behind_it(window, until):
     """Otherwise no picture of it could be made for minutes."""
     from forcelab.gui.review.trainer import TRAINING
 
-    window, ended = windows(LaunchOptions(project=study)), []
+    ended = []
 
     def training():
         while not ended:
@@ -103,8 +103,8 @@ def test_a_fault_in_one_step_of_closing_leaves_nothing_open(window, monkeypatch,
     assert [fault.endswith("a fault") for fault in faults] == [True]
     assert not window.isVisible()
     assert window.document.project is None
-    assert not window._look.isActive()
-    assert not window._listing.isActive()
+    assert not window._look_timer.isActive()
+    assert not window._list_timer.isActive()
     assert window.at_rest(5.0)
     if step == "label.release":
         done()  # what could not be let go of is let go of now
@@ -135,38 +135,13 @@ def drag_border(page, dock, by, until):
     until(lambda: page._widths[dock] == before + abs(by))
 
 
-def test_lists_take_their_widths_back_once_a_small_window_is_enlarged(windows, study, until):
+def test_lists_take_their_widths_back_once_a_small_window_is_enlarged(app, windows, study, until):
+    """A click in it, and another workspace, do not make them narrow for good."""
     window = windows(LaunchOptions(project=study), size=(1440, 900))
+    window.setUpdatesEnabled(False)  # sizes alone are looked at
     window.commands["reset_layout"].trigger()
     wide = [WIDEST, *[window.label._widths[window.label._docks["actions"]]] * 2]
     until(lambda: list_widths(window) == wide)
-    window.resize(window.minimumSizeHint())
-    until(lambda: max(list_widths(window)) < min(wide))
-    window.show_workspace("review")  # which the timeline is lent to
-    window.resize(1440, 900)
-    window.show_workspace("label")
-    until(lambda: list_widths(window) == wide)
-
-
-def test_lists_keep_the_widths_that_they_were_dragged_to(windows, study, until):
-    window = windows(LaunchOptions(project=study), size=(1440, 900))
-    until(lambda: len(list_widths(window)) == 3)
-    actions = window.label._docks["actions"]
-    drag_border(window, window._dock, 60, until)
-    drag_border(window.label, actions, -60, until)
-    dragged = list_widths(window)
-    window.resize(window.minimumSizeHint())
-    until(lambda: max(list_widths(window)) < min(dragged))
-    window.resize(1440, 900)
-    until(lambda: list_widths(window) == dragged)
-
-
-def test_a_click_in_a_small_window_does_not_make_its_lists_narrow_for_good(
-    app, windows, study, until
-):
-    window = windows(LaunchOptions(project=study), size=(1440, 900))
-    until(lambda: len(list_widths(window)) == 3)
-    wide = list_widths(window)
     window.resize(window.minimumSizeHint())
     until(lambda: max(list_widths(window)) < min(wide))
     for page in (window, window.label):
@@ -174,20 +149,26 @@ def test_a_click_in_a_small_window_does_not_make_its_lists_narrow_for_good(
         where = title.geometry().topLeft() + QPoint(20, 8)
         QTest.mouseClick(page, Qt.MouseButton.LeftButton, pos=where)
     app.processEvents()
+    window.show_workspace("review")  # which the timeline is lent to
     window.resize(1440, 900)
+    window.show_workspace("label")
     until(lambda: list_widths(window) == wide)
 
 
-def test_lists_of_a_window_that_was_closed_while_small_are_wide_when_it_is_enlarged(
-    windows, study, until
-):
+def test_lists_keep_the_widths_that_they_were_dragged_to(windows, study, until):
+    """Also where the window was closed while it was small."""
     window = windows(LaunchOptions(project=study), size=(1440, 900))
+    window.setUpdatesEnabled(False)
     until(lambda: len(list_widths(window)) == 3)
     drag_border(window, window._dock, 60, until)
     drag_border(window.label, window.label._docks["actions"], -60, until)
     dragged = list_widths(window)
-    window.resize(window.minimumSizeHint())
-    until(lambda: max(list_widths(window)) < min(dragged))
+    for enlarged in (True, False):
+        window.resize(window.minimumSizeHint())
+        until(lambda: max(list_widths(window)) < min(dragged))
+        if enlarged:
+            window.resize(1440, 900)
+            until(lambda: list_widths(window) == dragged)
     window.close()
     again = windows(LaunchOptions(project=study))
     again.resize(1440, 900)
@@ -201,20 +182,20 @@ def click_on(window, control):
 
 
 def test_a_click_on_what_is_switched_off_says_why(window, until, hovered):
-    window.show_workspace("capture")
-    page = window.capture.workspace
-    until(page.zero_button.isVisible)
-    messages = []
-    for control in (page.zero_button, page.record_button, page.discard_button):
+    def clicked(control):
+        until(control.isVisible)
         assert not control.isEnabled()
         QToolTip.hideText()
         click_on(window, control)
-        messages.append(QToolTip.text())
-    assert messages == [
-        "Connect devices before zeroing them.",
-        "Connect devices before recording.",
-        "There is no recording to discard.",
-    ]
+        return QToolTip.text()
+
+    window.label._docks["history"].raise_()
+    assert clicked(window.label.history.redo) == "Nothing was undone here."
+    window.show_workspace("capture")
+    page = window.capture.workspace
+    assert clicked(page.zero_button) == "Connect devices before zeroing them."
+    assert clicked(page.record_button) == "Connect devices before recording."
+    assert clicked(page.discard_button) == "There is no recording to discard."
     window.show_workspace("review")
     train = window.review.workspace.bar.train
     until(train.isVisible)
@@ -238,15 +219,6 @@ def test_a_menu_says_why_an_entry_is_switched_off(window, hovered):
         assert (QToolTip.text() == view) == bool(reason)
         assert menu.isVisible() == bool(reason)
     assert entry.isEnabled()
-
-
-def test_redo_of_the_history_says_why_it_is_switched_off(window, until):
-    history = window.label.history
-    window.label._docks["history"].raise_()
-    until(history.undo.isVisible)
-    QToolTip.hideText()
-    click_on(window, history.redo)
-    assert QToolTip.text() == "Nothing was undone here."
 
 
 def test_a_last_project_that_was_moved_is_not_replaced_by_another(
@@ -359,11 +331,10 @@ def test_files_that_are_dropped_are_imported_and_folders_opened(window, study, u
     assert questions == [(study.parent / "a.csv", study.parent / "b.csv"), study, (bag,)]
 
 
-def test_what_was_painted_is_no_longer_said_of_another_demonstration(windows, study):
-    with Project.open(study) as project:
-        second = add_foam_demonstration(project, "02")
-    window = windows(LaunchOptions(project=study))
+def test_what_was_painted_is_no_longer_said_of_another_demonstration(window):
     document, bar = window.document, window.statusBar()
+    second = add_foam_demonstration(document.project, "02")
+    document.refresh_listing()
     document.editor.paint(1.0, 2.0, "grab")
     assert "grab" in bar.currentMessage()
     assert document.open_demonstration(second)
@@ -380,16 +351,12 @@ def test_what_was_painted_is_no_longer_said_of_another_demonstration(windows, st
     assert "last demonstration" in bar.currentMessage()
 
 
-def test_what_a_menu_s_entry_does_is_not_said_like_trouble(window, app):
+def test_the_status_line_shows_trouble_as_such_in_either_theme(window, app):
     bar = window.statusBar()
     bar.say("It went wrong.", trouble=True)
-    app.sendEvent(window, QStatusTipEvent("New project"))
+    app.sendEvent(window, QStatusTipEvent("New project"))  # of an entry of a menu
     assert bar.currentMessage() == "New project"
     assert bar.palette().color(QPalette.ColorRole.WindowText) == QColor(colours().text)
-
-
-def test_what_the_status_line_says_follows_a_change_of_theme(window, app):
-    bar = window.statusBar()
     try:
         for trouble in (False, True):
             window.commands["theme_light"].trigger()
@@ -469,6 +436,7 @@ def test_nothing_flashes_up_as_a_window_of_its_own(windows, study, app):
 
 def test_on_a_small_screen_the_list_keeps_its_width_and_everything_its_place(app, study, until):
     window = Window("Ann")
+    window.setUpdatesEnabled(False)
     window.resize(960, 540)
     window.show()
     window.begin(LaunchOptions(project=study))
@@ -487,23 +455,21 @@ def test_on_a_small_screen_the_list_keeps_its_width_and_everything_its_place(app
     window.close()
 
 
-def test_actions_are_listed_where_there_is_a_demonstration(windows, study, tmp_path):
+def test_actions_are_listed_where_there_is_a_demonstration(window, tmp_path):
+    view = window.label.vocabulary
+    assert (view.list.isVisible(), view.nothing.isVisible()) == (True, False)
     Project.create(tmp_path / "empty.forcelab").close()
-    for path, listed in ((tmp_path / "empty.forcelab", False), (study, True)):
-        view = windows(LaunchOptions(project=path)).label.vocabulary
-        assert (view.list.isVisible(), view.nothing.isVisible()) == (listed, not listed)
+    window.opening.open(tmp_path / "empty.forcelab")
+    assert (view.list.isVisible(), view.nothing.isVisible()) == (False, True)
 
 
-def test_back_in_label_the_keyboard_paints(window, app):
+def test_back_in_label_the_keyboard_paints_and_who_goes_through_a_list_stays_in_it(window, app):
     """Not: chooses another coder, whose box was next in the order of Tab."""
     window.show_workspace("review")
     app.processEvents()
     window.show_workspace("label")
     app.processEvents()
     assert window.focusWidget() is window.label.tracks
-
-
-def test_who_goes_through_a_list_of_the_review_stays_in_it(window, app):
     window.show_workspace("review")
     window.activateWindow()
     queue = window.review.workspace.queue.list
@@ -528,13 +494,11 @@ def test_a_click_on_a_list_to_choose_from_leaves_the_keyboard_on_the_track(windo
     assert window.focusWidget() is window.label.tracks
 
 
-def test_when_the_open_demonstration_is_removed_the_keyboard_is_in_the_list(windows, study, app):
+def test_when_the_open_demonstration_is_removed_the_keyboard_is_in_the_list(window, study, app):
     """Not: types into the filter of the segments, which then hides those of the next one."""
-    with Project.open(study) as other:
-        add_foam_demonstration(other, "02")
-    window = windows(LaunchOptions(project=study))
     document = window.document
     with Project.open(study) as other:
+        add_foam_demonstration(other, "02")
         remove_demonstration(other, document.id)
     document.refresh()
     app.processEvents()
@@ -544,7 +508,7 @@ def test_when_the_open_demonstration_is_removed_the_keyboard_is_in_the_list(wind
 
 def test_choose_all_means_the_list_that_the_keyboard_is_in(window, app, until):
     window.activateWindow()
-    assert QTest.qWaitForWindowActive(window)
+    until(lambda: app.activeWindow() is window)  # which an unfolded list may have been before
     chosen = window.demonstrations.view.selectionModel()
     window.document.editor.paint(1.0, 2.0, "grab")
     chosen.clear()

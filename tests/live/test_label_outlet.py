@@ -12,7 +12,7 @@ import pylsl
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
 from forcelab.live.label_outlet import LabelOutlet
-from forcelab.recognition.live import LiveLabels
+from forcelab.recognition.online import LiveLabels
 from tests.capture.lsl_streams import host_clock
 
 ACTIONS = ("grab", "hold")

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from forcelab.labels import from_codes
 from forcelab.live.recognition import SegmentBuilder, SnapshotBuffer
-from forcelab.recognition.live import LiveLabels
+from forcelab.recognition.online import LiveLabels
 
 ACTIONS = ("grab", "pull")
 PERIOD = 0.01

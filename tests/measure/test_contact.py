@@ -120,11 +120,6 @@ def test_seconds_are_told_per_simulated_second_of_a_lane(monkeypatch, lanes):
     assert row.spread == pytest.approx(0.4 / (0.1 * lanes))
 
 
-def test_memory_is_at_least_what_the_result_takes():
-    (row,) = measured([Rosenbrock(1e-3)])
-    assert row.peak_bytes >= TIMES.size * 2 * 2 * 8
-
-
 def test_a_solver_that_refuses_is_a_row_with_its_sentence():
     stopped = replace(Explicit(1e-3), max_steps=3)
     first, refusing, last = measured([Rosenbrock(1e-3), stopped, COARSE])
@@ -157,15 +152,6 @@ def test_a_case_without_a_reference_refuses_all_its_rows_and_no_others():
     assert [row.size.split(",")[0] for row in rows] == ["wild", "wild", "tame", "tame"]
     assert all(row.refusal.startswith("There is no reference: ") for row in rows[:2])
     assert all(row.point for row in rows[2:])
-
-
-def test_rows_come_case_by_case_in_the_order_of_the_settings():
-    solvers = [Rosenbrock(1.0), Explicit(1e-2)]
-    rows = measured(solvers, case("a"), case("b", (100.0,)))
-    assert [(row.size[0], row.setting) for row in rows] == [
-        ("a", "0"), ("a", "1"), ("b", "0"), ("b", "1"),
-    ]  # fmt: skip
-    assert all(any(row.pareto for row in rows if row.size[0] == name) for name in "ab")
 
 
 def test_a_measurement_can_be_stopped_at_any_progress():
@@ -247,22 +233,3 @@ def test_every_case_has_the_events_that_make_it_hard(cases, name):
     pressing = -forces[:, [2, 5]]
     assert 3 < pressing.max() < 20
     assert pressing.min() > -0.5
-
-
-def test_the_cases_are_the_four_contacts_in_their_order(cases):
-    assert list(cases) == list(HAPPENINGS)
-    # From foam to cartridge, stiffness spans more than two decades.
-    stiffness = {name: p.system.scenes[0].body.stiffness for name, p in cases.items()}
-    assert stiffness["cartridge"] > 100 * stiffness["foam"]
-
-
-def test_lanes_differ_and_are_the_same_each_time():
-    for case, again in zip(contact_cases(3), contact_cases(3), strict=True):
-        first, second = case.make(), again.make()
-        assert first.system.lanes == 3
-        assert first.simulated == pytest.approx(3.0)
-        assert (first.start == second.start).all()
-        times = np.full(3, 0.4)
-        moved = first.system.rates(times, first.start)
-        assert (moved == second.system.rates(times, second.start)).all()
-        assert len(np.unique(moved, axis=1).T) == 3

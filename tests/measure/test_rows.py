@@ -49,13 +49,6 @@ def test_the_front_is_what_no_other_row_of_the_size_beats(rows):
     assert found == [not r.refusal and not any(beats(second, r) for second in rows) for r in rows]
 
 
-@given(ROWS)
-@settings(max_examples=50, deadline=None)
-def test_marking_the_front_keeps_the_rows_and_their_order(rows):
-    front_rows = [(m.name, m.size, m.point, m.refusal) for m in with_front(rows)]
-    assert front_rows == [(r.name, r.size, r.point, r.refusal) for r in rows]
-
-
 @given(error=st.floats(0, 1e300), seconds=st.floats(1e-300, 1e300), pareto=st.booleans())
 @settings(max_examples=50, deadline=None)
 def test_a_row_comes_back_from_json_as_it_was(error, seconds, pareto):
@@ -105,10 +98,6 @@ def test_a_refusal_has_no_numbers_and_is_on_no_front():
             Row("explicit", "step 1 us", "foam", "", refusal="No.", **wrong)
 
 
-def test_a_further_figure_may_be_negative():
-    assert row(further={"gain (dB)": -3.0}).further == {"gain (dB)": -3.0}
-
-
 def test_cells_have_a_column_for_everything_and_units_in_the_header():
     measured = table(*with_front([row(further={"largest (N)": 0.01}), row(1e-2, 1.0), refused()]))
     header, first, second, third = measured.cells("foam")
@@ -118,13 +107,6 @@ def test_cells_have_a_column_for_everything_and_units_in_the_header():
     ]  # fmt: skip
     assert second[0] == second[4] == ""
     assert third == ["", "explicit", "tolerance 1 mN", "refused", "", "", "", ""]
-
-
-def test_sizes_stay_in_their_order_with_their_rows():
-    rows = [row(size="snap"), row(size="foam"), row(0.1, size="snap")]
-    measured = table(*rows)
-    assert measured.sizes == ("snap", "foam")
-    assert measured.of("snap") == (rows[0], rows[2])
 
 
 def test_a_table_of_nothing_is_refused():

@@ -29,13 +29,6 @@ def spending(clock, name, *durations, log=None, result=None):
     return Method(name, run, lambda found: found)
 
 
-def test_repetitions_are_interleaved_after_a_first_round():
-    clock, log = Clock(), []
-    ways = [spending(clock, name, 1.0, log=log) for name in "ABC"]
-    finish(timed_methods(ways, 3, clock))
-    assert "".join(log) == "ABC" * 4
-
-
 @pytest.mark.parametrize("repetitions", [1, 3, 5, 8])
 def test_median_and_spread_are_those_of_the_repetitions(repetitions):
     clock = Clock()
@@ -54,33 +47,11 @@ def test_what_takes_long_is_repeated_less_often_but_once_at_least():
     assert [timing.seconds for timing in timed] == [1.0, 4.0, 99.0]
 
 
-def test_one_slow_repetition_moves_no_other_way():
-    clock = Clock()
-    ways = [spending(clock, "A", 0.0, 1.0, 1.0, 500.0, 1.0), spending(clock, "B", 2.0)]
-    slow, other = finish(timed_methods(ways, 4, clock))
-    assert slow.seconds == pytest.approx(1.0)
-    assert (other.seconds, other.spread) == pytest.approx((2.0, 0.0))
-
-
 def test_what_is_too_short_for_the_clock_is_repeated_until_it_is_not():
     clock, log = Clock(), []
     (timed,) = finish(timed_methods([spending(clock, "A", 1e-5, log=log)], 3, clock))
     assert timed.seconds == pytest.approx(1e-5, rel=1e-6)
     assert len(log) >= 300
-
-
-def test_only_the_first_result_is_looked_at_and_looking_takes_no_time():
-    clock, judged = Clock(), []
-
-    def look(result):
-        clock.now += 1000.0
-        judged.append(result)
-        return result + 1
-
-    way = spending(clock, "A", 1.0, result=41)
-    (timed,) = finish(timed_methods([Method("A", way.run, look)], 3, clock))
-    assert (timed.judged, judged) == (42, [41])
-    assert timed.seconds == pytest.approx(1.0)
 
 
 def test_peak_memory_is_what_is_held_at_once():
@@ -111,14 +82,6 @@ def test_a_way_that_refuses_has_its_sentence_and_stops_no_other(where):
     assert (refusing.refusal, refusing.judged) == ("The step is too long.", None)
     assert "".join(log) == "ABCACAC"  # not tried again
     assert (first.seconds, last.seconds) == pytest.approx((1.0, 2.0))
-
-
-def test_any_other_error_is_not_taken_for_a_refusal():
-    def broken():
-        raise ZeroDivisionError
-
-    with pytest.raises(ZeroDivisionError):
-        finish(timed_methods([Method("A", broken, len)], 1))
 
 
 def test_progress_reaches_its_total_and_names_what_runs():

@@ -27,26 +27,28 @@ def tmp_path() -> Iterator[Path]:
         yield folder
 
 
+def make_demonstration(
+    seed: int = 0, name: str = "01", task: str = "LEGO", **more: object
+) -> Demonstration:
+    random = np.random.default_rng(seed)
+    times = np.cumsum(random.uniform(0.0005, 0.0015, 500))
+    signals = random.normal(size=(500, 2))
+    signals[7, 1] = np.nan
+    channels = (Channel("fx", "N"), Channel("fz", "N"))
+    return Demonstration(name, task, times, signals, channels, **more)  # type: ignore[arg-type]
+
+
 @pytest.fixture
 def make() -> Make:
     """Make a demonstration whose content depends on its seed alone."""
-
-    def build(seed: int = 0, name: str = "01", task: str = "LEGO", **more: object) -> Demonstration:
-        random = np.random.default_rng(seed)
-        times = np.cumsum(random.uniform(0.0005, 0.0015, 500))
-        signals = random.normal(size=(500, 2))
-        signals[7, 1] = np.nan
-        channels = (Channel("fx", "N"), Channel("fz", "N"))
-        return Demonstration(name, task, times, signals, channels, **more)  # type: ignore[arg-type]
-
-    return build
+    return make_demonstration
 
 
 @pytest.fixture
 def film(tmp_path: Path) -> Path:
     """A demonstration's video; the store does not look inside."""
     file = tmp_path / "Take 1.MP4"
-    file.write_bytes(os.urandom(3_000_000))
+    file.write_bytes(os.urandom(20_000))
     return file
 
 

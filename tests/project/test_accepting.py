@@ -6,8 +6,8 @@ from functools import reduce
 from itertools import pairwise
 
 import pytest
-from factories import action_at, stored_track, track_editor_in_memory
-from hypothesis import given, settings
+from factories import action_at, stored_track
+from hypothesis import given
 from hypothesis import strategies as st
 
 from forcelab.errors import ForcelabError, InputError
@@ -142,18 +142,3 @@ def test_a_failure_in_the_middle_of_accepting_leaves_nothing(labelling, monkeypa
     assert labelling.accept(proposed, MODEL) is not None
     assert len(stored_track(labelling)) == 9
     assert list(labelling.project.tracks.origins(labelling.demonstration, "Ada")) == list(proposed)
-
-
-@settings(max_examples=15, deadline=None)
-@given(st.lists(st.tuples(tracks(), st.booleans()), max_size=4))
-def test_undoing_all_that_was_accepted_leads_back(deeds):
-    with track_editor_in_memory() as labelling:
-        states = [labelling.segments]
-        for proposed, replace in deeds:
-            if labelling.accept(proposed, MODEL, replace):
-                states.append(labelling.segments)
-        for state in states[-2::-1]:
-            labelling.undo()
-            assert labelling.segments == state
-        assert labelling.undo() is None
-        assert labelling.project.tracks.origins(labelling.demonstration, "Ada") == {}

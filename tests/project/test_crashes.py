@@ -1,6 +1,6 @@
 """Killed processes, full disks, two writers at once.
 
-The killing is repeated 4 times; ``FORCELAB_KILLS=50 pytest tests/project/test_crashes.py`` repeats
+The killing is repeated twice; ``FORCELAB_KILLS=50 pytest tests/project/test_crashes.py`` repeats
 it as often as one likes.
 """
 
@@ -22,7 +22,7 @@ from forcelab.labels import Segment, Track
 from forcelab.project import Project
 from forcelab.segment_edits import paint
 
-KILLS = int(os.environ.get("FORCELAB_KILLS", "4"))
+KILLS = int(os.environ.get("FORCELAB_KILLS", "2"))
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs signals and limits of POSIX")
 
@@ -143,33 +143,6 @@ for seed in range(100):
             assert project.demonstrations.load(id_).id == id_
             assert authors == ("anna",)
         assert {entry.name for entry in folder.iterdir()} == set(stored)
-    check_integrity(path)
-
-
-@pytest.mark.parametrize("kill", range(max(KILLS // 2, 1)))
-def test_many_demonstrations_imported_at_once_and_killed_are_all_there_or_none(path, make, kill):
-    with Project.create(path) as project:
-        known = project.demonstrations.add(make(1)).id
-    code = """
-given = [
-    NewDemonstration(large(seed, 20_000), (Track("anna", (Segment(0, 1, "grab"),)),))
-    for seed in range(20)
-]
-say("go")
-project.demonstrations.add_all(given)
-"""
-    process = start(code, path)
-    assert process.stdout is not None
-    assert process.stdout.readline() == b"go\n"
-    time.sleep(random.Random(kill).uniform(0, 0.4))
-    process.send_signal(signal.SIGKILL)
-    read_lines(process)
-    with Project.open(path) as project:
-        ids = {info.id for info in project.demonstrations.infos()}
-        assert len(ids) in (1, 21)
-        homes = {entry.name for entry in (path / "demonstrations").iterdir()}
-        assert {name for name in homes if not name.startswith(".incoming-")} == ids
-        assert known in ids
     check_integrity(path)
 
 

@@ -14,7 +14,6 @@ from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
 from forcelab.project import Project, Provenance
 from forcelab.project.runs import LabelsUsed
-from forcelab.project.schema import MIGRATIONS
 
 GRAB = (Segment(0.0, 0.1, "grab"),)
 
@@ -61,14 +60,6 @@ def test_it_is_gone_with_all_that_came_with_it_and_nothing_else_is(project, path
     with pytest.raises(InputError, match="no demonstration"):
         project.demonstrations.discard(*added)
     assert project.demonstrations.add(make(2, name="LEGO 02"), [Track("bea", GRAB)]).status == "new"
-
-
-def test_the_version_of_the_store_stays_and_edits_are_still_kept_for_ever(project, path, added):
-    project.demonstrations.discard(*added)
-    with closing(sqlite3.connect(path / "project.sqlite")) as store:
-        assert store.execute("PRAGMA user_version").fetchone() == (5,) == (len(MIGRATIONS),)
-        with pytest.raises(sqlite3.IntegrityError, match="kept for ever"):
-            store.execute("DELETE FROM edit")
 
 
 def delete_segment(project, id_):

@@ -84,12 +84,8 @@ def test_an_edit_in_place_of_the_latest_is_one_undo_and_nothing_is_lost(project,
     after = (Segment(0.0, 0.2, "grab"),)
     again = project.tracks.edit(id_, "anna", HOLD, after, "moved farther", replacing=moved.id)
     assert (again.removed, again.inserted) == (GRAB, after)
-    assert [edit.kind for edit in project.tracks.history(id_, "anna")] == [
-        "paint",
-        "paint",
-        "undo",
-        "paint",
-    ]
+    kinds = [edit.kind for edit in project.tracks.history(id_, "anna")]
+    assert kinds == ["paint", "paint", "undo", "paint"]
     with pytest.raises(StaleTrackError):
         project.tracks.edit(id_, "anna", after, HOLD, "not the latest", replacing=moved.id)
     back = project.tracks.edit(id_, "anna", after, GRAB, "moved back", replacing=again.id)
@@ -118,10 +114,9 @@ def test_segments_out_of_order_or_overlapping_are_refused(project, id_, after):
 
 def test_an_edit_may_not_overlap_what_lies_beside_it(project, id_):
     project.tracks.edit(id_, "anna", (), HOLD, "fine")
+    wrong = (HOLD[0], Segment(0.05, 0.06, "x"), HOLD[1])
     with pytest.raises(InputError, match="overlap"):
-        project.tracks.edit(
-            id_, "anna", HOLD, (HOLD[0], Segment(0.05, 0.06, "x"), HOLD[1]), "wrong"
-        )
+        project.tracks.edit(id_, "anna", HOLD, wrong, "wrong")
     assert project.tracks.get(id_, "anna").segments == HOLD
 
 
@@ -155,7 +150,8 @@ def test_undo_and_redo_are_edits_that_name_what_they_take_back(project, id_):
     first = project.tracks.edit(id_, "anna", (), GRAB, "grab painted")
     undo = project.tracks.undo(id_, "anna")
     redo = project.tracks.redo(id_, "anna")
-    assert [edit.kind for edit in project.tracks.history(id_, "anna")] == ["paint", "undo", "redo"]
+    assert (first, undo, redo) == project.tracks.history(id_, "anna")
+    assert [edit.kind for edit in (first, undo, redo)] == ["paint", "undo", "redo"]
     assert (undo.reverts, redo.reverts) == (first.id, undo.id)
     assert (undo.what, redo.what) == ("undo: grab painted", "redo: grab painted")
     assert (undo.removed, undo.inserted) == (GRAB, ())

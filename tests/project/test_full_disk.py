@@ -10,11 +10,14 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from factories import cached_project
 
+from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
 from forcelab.project import Project
 
+Make = Callable[..., Demonstration]
 HOLD = (Segment(0.0, 0.1, "grab"), Segment(0.2, 0.3, "hold"))
 #: Changes a project and dies, so that the change lies in the journal alone.
 KILLED = """
@@ -79,20 +82,19 @@ def fill(disk: Path) -> None:
             (disk / f"{number}").touch()
 
 
+def lay(path: Path, make: Make, left: str) -> None:
+    with Project.create(path) as project:
+        project.demonstrations.add(make(1), [Track("anna", HOLD)])
+    if left != "closed":
+        subprocess.run([sys.executable, "-c", KILLED, str(path)], check=True)
+    if left == "copied":  # as backups leave out what is not worth keeping
+        (path / "project.sqlite-shm").unlink()
+
+
 @pytest.fixture
 def laid(make) -> Callable[[Path, str], Path]:
     """A project as it was left: closed, or by a process that was killed."""
-
-    def lay(path: Path, left: str) -> Path:
-        with Project.create(path) as project:
-            project.demonstrations.add(make(1), [Track("anna", HOLD)])
-        if left != "closed":
-            subprocess.run([sys.executable, "-c", KILLED, str(path)], check=True)
-        if left == "copied":  # as backups leave out what is not worth keeping
-            (path / "project.sqlite-shm").unlink()
-        return path
-
-    return lay
+    return lambda path, left: cached_project(lay, path, make, left)
 
 
 @pytest.mark.parametrize(("left", "name"), [("closed", "01"), ("killed", "02"), ("copied", "02")])

@@ -1,9 +1,7 @@
 """Labelling: each verb is one stored edit with a line of history."""
 
 import pytest
-from factories import stored_track, track_editor_in_memory
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from factories import stored_track
 
 from forcelab.errors import InputError, StaleTrackError
 from forcelab.labels import Segment
@@ -72,11 +70,8 @@ def test_gaps_are_filled_within_a_stretch_only(labelling):
     for start in (0, 1, 2, 3):
         labelling.paint(start, start + 0.9, "grab")
     labelling.fill_gaps(0.2, within=(1.5, 2.5))
-    assert [(s.start, round(s.end, 9)) for s in labelling.segments] == [
-        (0, 0.9),
-        (1, 2.9),
-        (3, 3.9),
-    ]
+    edges = [(s.start, round(s.end, 9)) for s in labelling.segments]
+    assert edges == [(0, 0.9), (1, 2.9), (3, 3.9)]
 
 
 @pytest.mark.parametrize("verb", ["delete", "relabel", "move_segment"])
@@ -85,36 +80,3 @@ def test_a_segment_that_is_not_there_is_refused(labelling, verb):
     with pytest.raises(InputError, match="no segment 3"):
         getattr(labelling, verb)(3, *argument)
     assert labelling.history() == ()
-
-
-moment = st.integers(0, 80).map(lambda i: i / 10)
-verbs = st.one_of(
-    st.tuples(st.just("paint"), moment, moment, st.sampled_from("abc")),
-    st.tuples(st.just("erase"), moment, moment),
-    st.tuples(st.just("split"), moment),
-    st.tuples(st.just("delete"), st.integers(0, 5)),
-    st.tuples(st.just("relabel"), st.integers(0, 5), st.sampled_from("abc")),
-    st.tuples(st.just("move_segment"), st.integers(0, 5), moment),
-    st.tuples(st.just("undo")),
-    st.tuples(st.just("redo")),
-)
-
-
-@settings(max_examples=25, deadline=None)
-@given(st.lists(verbs, max_size=12))
-def test_whatever_is_done_undoing_all_of_it_leads_back(deeds):
-    with track_editor_in_memory() as track:
-        for verb, *arguments in deeds:
-            try:
-                getattr(track, verb)(*arguments)
-            except InputError:
-                continue
-            assert track.segments == track.project.tracks.get(track.demonstration, "Ada").segments
-        segments = track.segments
-        undone = 0
-        while track.undo():
-            undone += 1
-        assert track.segments == ()
-        for _ in range(undone):
-            assert track.redo()
-        assert track.segments == segments

@@ -214,7 +214,7 @@ def test_long_histories_are_followed_quickly_and_once(labelling):
             rows,
         )
     took, again = [], []
-    for _ in range(3):
+    for _ in range(2):
         with Project.open(project.path) as fresh:
             began = time.process_time()
             found = fresh.tracks.origins(id_, "Ada")

@@ -116,14 +116,3 @@ def test_without_asking_for_it_every_edit_is_on_the_disk_when_it_returns(path, m
     with Project.create(path) as project:
         project.demonstrations.add(make(1))
         assert level(project) == 2
-
-
-def test_an_edit_is_given_as_it_is_read_again(path, make):
-    with Project.create(path) as project:
-        id_ = project.demonstrations.add(make(1)).id
-        edits = [
-            paint(project, id_, 0),
-            project.tracks.undo(id_, "anna"),
-            project.tracks.redo(id_, "anna"),
-        ]
-        assert tuple(edits) == project.tracks.history(id_, "anna")

@@ -10,6 +10,7 @@ import pytest
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
 from forcelab.project import Project, Provenance, StoredVerdict, Verdict
+from forcelab.project.schema import MIGRATIONS
 
 HOLD = (Segment(0.0, 0.1, "grab"), Segment(0.2, 0.3, "hold"))
 
@@ -30,18 +31,9 @@ def test_a_verdict_is_kept_with_its_time(project, verdict, path):
     stored = project.coding.add_verdict(verdict)
     assert stored.id == 1
     assert before <= stored.time <= datetime.now(timezone.utc)
-    assert stored == StoredVerdict(
-        verdict.demonstration,
-        0.2,
-        0.3,
-        "hold",
-        "slip",
-        author="bert",
-        coder="anna",
-        verdict="model",
-        time=stored.time,
-        id=1,
-    )
+    people = {"author": "bert", "coder": "anna", "verdict": "model"}
+    place = (verdict.demonstration, 0.2, 0.3, "hold", "slip")
+    assert stored == StoredVerdict(*place, **people, time=stored.time, id=1)
     then = datetime(2024, 5, 6, tzinfo=timezone.utc)
     unlabelled = replace(verdict, start=0.1, end=0.2, human=None, predicted=None, time=then)
     assert project.coding.add_verdict(unlabelled).time == then
@@ -125,7 +117,7 @@ def test_what_people_did_cannot_be_changed_replaced_or_deleted(project, id_, ver
         assert store.execute(f"SELECT * FROM {table}").fetchall() == before
 
 
-@pytest.fixture(params=[1, 2])
+@pytest.fixture(params=range(1, len(MIGRATIONS)))
 def old(request, project, id_, older):
     """A project of an older version in which Anna painted, undid, redid and undid."""
     project.tracks.edit(id_, "anna", HOLD, HOLD[:1], "hold deleted")
@@ -146,14 +138,16 @@ def test_an_older_project_is_brought_up_to_date_with_all_its_edits(old, verdict)
         assert {edit.proposed_by for edit in history} == {None}
         assert project.tracks.get(id_, "anna").segments == HOLD
         assert project.coding.is_blind(id_, "cleo") == (version > 1)
-        assert project.coding.verdicts() == ()
+        assert project.coding.verdicts() == project.coding.notes() == ()
         assert project.tracks.origins(id_, "anna") == {}
         assert project.tracks.redo(id_, "anna") is not None
         project.tracks.edit(id_, "anna", HOLD[:1], HOLD, "accepted", proposed_by="model x")
         assert list(project.tracks.origins(id_, "anna")) == [HOLD[1]]
         project.coding.add_verdict(verdict)
         project.coding.assign(id_, "bert")
+        project.coding.set_note(id_, "anna", "from before")
     with Project.open(path) as project:
+        assert [note.text for note in project.coding.notes()] == ["from before"]
         assert project.coding.is_blind(id_, "bert")
         assert len(project.coding.verdicts()) == 1
         assert project.tracks.history(id_, "anna")[-1].proposed_by == "model x"

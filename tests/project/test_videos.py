@@ -79,6 +79,9 @@ def test_videos_come_back_in_order_and_a_name_given_again_replaces_one(project, 
     assert project.demonstrations.info(id_).videos == ("left", "low", "last")
     with pytest.raises(InputError, match="no video 'high up'"):
         project.media.remove_video(id_, "high up")
+    without = project.demonstrations.add(make(2, name="02")).id
+    with pytest.raises(InputError, match="'02' has no video; attach one"):
+        project.media.set_video_clock(without, ClockMap())
     project.demonstrations.remove_all({id_: {}})
     assert not home.exists()
 

@@ -99,13 +99,3 @@ def test_a_colour_by_hand_goes_to_all_tasks_where_it_needs_no_texture(project):
     assert project.actions.vocabulary("foam") == changed
     assert project.actions.vocabulary("stylus") == own
     assert project.actions.vocabulary("marker") == taken
-
-
-def test_a_renamed_action_leaves_its_look_and_the_old_name_gets_one_that_is_free(project, make):
-    for coder in ("Ada", "Ben"):
-        project.demonstrations.add(make(), [Track(coder, (Segment(0.1, 0.2, "hold"),))])
-    before = project.actions.vocabulary("LEGO")["hold"]
-    project.actions.rename("Ada", "hold", "keep")
-    after = project.actions.vocabulary("LEGO")
-    assert (after["keep"].key, after["keep"].look) == (before.key, before.look)
-    assert after["hold"].texture == 0

@@ -6,7 +6,8 @@ import numpy as np
 
 from forcelab.recognition.features import RunningSize, wavelet_features
 from forcelab.recognition.hsmm import decode
-from forcelab.recognition.live import (
+from forcelab.recognition.live_model import needs_live_model
+from forcelab.recognition.online import (
     NOISE_SECONDS,
     TOLERANCE,
     LiveLabels,
@@ -14,7 +15,6 @@ from forcelab.recognition.live import (
     budget_of,
     wavelet_samples,
 )
-from forcelab.recognition.live_model import needs_live_model
 from forcelab.signals.channels import channel_map
 from forcelab.signals.conditioning import noise_level
 from forcelab.signals.grid import on_grid

@@ -9,7 +9,7 @@ from factories import labelled_set
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
-from forcelab.recognition.adaptation import MARGIN, estimate_adaptation
+from forcelab.recognition.adaptation import LEAST_LOG_RATIO, estimate_adaptation
 from forcelab.recognition.cross_validation import train_and_test_job
 from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.presets import preset
@@ -86,7 +86,7 @@ def test_levels_and_scales_come_to_those_of_training(people):
         labelled_with(item, lambda signals: signals[:, SWAP] * GAIN + OFFSET) for item in train
     ]
     found = estimate_adaptation(train, turned)
-    assert found.log_ratio > MARGIN
+    assert found.log_ratio > LEAST_LOG_RATIO
     for item, expected in zip(turned, train, strict=True):
         again = found.apply(item).demonstration
         assert again.channels == item.demonstration.channels

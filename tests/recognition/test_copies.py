@@ -14,7 +14,7 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.formats import read
 from forcelab.jobs import finish
 from forcelab.recognition import copies
-from forcelab.recognition.copies import ALIKE, find_copies
+from forcelab.recognition.copies import LEAST_LIKENESS, find_copies
 from forcelab.recognition.cross_validation import leave_one_out_job, train_and_test_job
 from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.groups import fold_groups
@@ -233,7 +233,7 @@ def test_real_recordings_are_far_from_copies_and_their_copies_are_found(real_fil
     items = [item.demonstration for item in read_labelled(real_file("tongs/soft_sig.pdl"))]
     movements = copies.measure_movements([d.signals for d in items], [d.times for d in items])
     most = max(copies.likeness(*pair) for pair in combinations(movements, 2))
-    assert most < 0.7 < ALIKE
+    assert most < 0.7 < LEAST_LIKENESS
     for i in range(len(items[0].channels)):
         single = [channel_of(item, i) for item in items]
         scaled = with_signals(single[0], lambda signals: 1.001 * np.round(signals, 3))

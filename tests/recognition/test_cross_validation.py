@@ -521,11 +521,15 @@ def test_an_evaluation_says_what_is_needed_to_repeat_it(six, evaluation):
 
 
 @pytest.mark.real
-def test_the_papers_method_scores_on_real_recordings_what_an_independent_program_does(real_file):
-    items = read_labelled(real_file("tongs/JPen_sig.pdl"))
-    # As with every 20th sample and one left out at a time, in a quarter of the time.
-    paper = Settings(stride=40, threshold=None, median=None, drop=None)
-    result = finish(leave_one_out_job(items, paper, folds=5))
-    assert len(result.tested) == 10
+@pytest.mark.parametrize(("file", "expected"), [("JPen_sig.pdl", 0.649), ("soft_sig.pdl", 0.814)])
+def test_the_papers_method_scores_on_real_recordings_what_an_independent_program_does(
+    file, expected, real_file
+):
+    # It was written from the paper's formulas with NumPy and MLPClassifier alone. As here it
+    # learnt from every 100th sample of half of the recordings, in a tenth of the time of all but
+    # one; six seeds gave 0.642 to 0.658, and 0.807 to 0.823.
+    paper = Settings(stride=100, threshold=None, median=None, drop=None)
+    result = finish(leave_one_out_job(read_labelled(real_file(f"tongs/{file}")), paper, folds=2))
     accuracies = [scores.accuracy for scores in result.scores("raw")[1]]
-    assert np.mean(accuracies) == pytest.approx(0.72, abs=0.025)
+    assert len(accuracies) == 10
+    assert np.mean(accuracies) == pytest.approx(expected, abs=0.02)

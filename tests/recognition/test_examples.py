@@ -26,8 +26,8 @@ from forcelab.recognition.examples import (
     unit_remarks,
     units_of,
 )
-from forcelab.recognition.experiments import evaluate_tasks_job, train_tasks_job
 from forcelab.recognition.presets import preset
+from forcelab.recognition.project_runs import evaluate_tasks_job, train_tasks_job
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import TRUSTED, dump, load_recogniser
 from forcelab.recognition.training import train

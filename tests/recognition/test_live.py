@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
-from forcelab.recognition.live import OnlineRecogniser
+from forcelab.recognition.online import OnlineRecogniser
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import train

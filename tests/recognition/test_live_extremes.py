@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from forcelab.demonstration import Demonstration
 from forcelab.labels import UNLABELLED
-from forcelab.recognition.live import OnlineRecogniser
+from forcelab.recognition.online import OnlineRecogniser
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import train
 from tests.recognition.live_reference import pushed, reference_labels

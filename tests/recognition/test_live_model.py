@@ -17,8 +17,8 @@ from forcelab.recognition.ensemble import sharpen
 from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.features import REACH, RunningSize, cut_window_features
 from forcelab.recognition.hsmm import decode
-from forcelab.recognition.live import OnlineRecogniser
 from forcelab.recognition.live_model import LOOKS, CausalWindows, LiveModel
+from forcelab.recognition.online import OnlineRecogniser
 from forcelab.recognition.presets import preset
 from forcelab.recognition.storage import load_recogniser, save_recogniser
 from forcelab.recognition.training import train, training_job

@@ -39,7 +39,7 @@ from forcelab.recognition.metrics import (
     score,
     score_tracks,
 )
-from forcelab.runs import sample_ends, stretches
+from forcelab.sample_runs import sample_ends, stretches
 
 ACTIONS = ["still", "grab", "hold", "insert", "release"]
 KEYS = ["name", "accuracy", "balanced_accuracy", "coverage", "kappa", "edit", "f1"]

@@ -13,9 +13,9 @@ from forcelab.labels import Segment, Track
 from forcelab.project import Project
 from forcelab.recognition.cross_validation import leave_one_out_job
 from forcelab.recognition.dataset import DataSelection
-from forcelab.recognition.experiments import evaluate_tasks_job, train_tasks_job
 from forcelab.recognition.presets import preset
-from forcelab.review.explanation import train_held_out
+from forcelab.recognition.project_runs import evaluate_tasks_job, train_tasks_job
+from forcelab.review.held_out import train_held_out
 from forcelab.review.run_result import edits_since, load_run
 from forcelab.review.training import review_job
 

@@ -9,18 +9,10 @@ from hypothesis import strategies as st
 from forcelab.jobs import finish
 from forcelab.labels import Segment, Track, to_codes
 from forcelab.project import NewDemonstration, Project
-from forcelab.review.agreement import (
-    CoderTracks,
-    agreement_job,
-    coded_demonstrations,
-    cohen_kappa,
-    compare_pair,
-    consistency,
-    fleiss_kappa,
-    kappa_interval,
-    landis_koch,
-    match_boundaries,
-)
+from forcelab.review.agreement import agreement_job, compare_pair, match_boundaries
+from forcelab.review.coder_tracks import CoderTracks, coded_demonstrations
+from forcelab.review.consistency import consistency
+from forcelab.review.kappa import cohen_kappa, fleiss_kappa, kappa_interval, landis_koch
 
 
 def agree(coded, a, b):

@@ -10,9 +10,9 @@ from forcelab.jobs import finish
 from forcelab.labels import Segment, Track, from_codes
 from forcelab.project import NewDemonstration, Project
 from forcelab.recognition.dataset import DataSelection
-from forcelab.recognition.experiments import evaluate_tasks_job
 from forcelab.recognition.metrics import count
 from forcelab.recognition.probabilities import ProbabilityTrace
+from forcelab.recognition.project_runs import evaluate_tasks_job
 from forcelab.recognition.results import DemonstrationResult
 from forcelab.recognition.settings import Settings
 from forcelab.review.confusion import count_confusion, normalise
@@ -100,14 +100,6 @@ def test_missed_time_has_no_confidence_and_the_longest_comes_first():
     assert [(p.start, p.end, p.predicted, p.confidence) for p in found] == [(5, 6, None, None)]
     segment = places(make_run(), "grab", None, "segments")
     assert [(p.start, p.end) for p in segment] == [(7, 8)]  # whole, though a quarter is seen
-
-
-def test_no_more_places_are_listed_than_asked_for_the_longest():
-    human = [Segment(i, i + 0.1 * (i + 1), "grab") for i in range(5)]
-    predicted = [Segment(s.start, s.end, "hold") for s in human]
-    cells = finish(count_confusion(run(reviewed("1", human, predicted))))
-    assert [p.start for p in cells.places("grab", "hold", most=2)] == [4, 3]
-    assert cells.numbers("time")[0, 1] == 5
 
 
 def test_nothing_tested_is_an_empty_matrix():

@@ -8,9 +8,8 @@ from hypothesis import strategies as st
 from forcelab.errors import InputError
 from forcelab.labels import Segment
 from forcelab.project import Project
-from forcelab.review.agreement import coder_differences
 from forcelab.review.consensus import Consensus
-from forcelab.review.differences import Difference
+from forcelab.review.differences import Difference, coder_differences
 from forcelab.segment_edits import SLIVER
 
 ID = foam_demonstration().id

@@ -51,19 +51,6 @@ def test_they_tile_exactly_the_time_that_differs(human, predicted):
 
 
 @settings(max_examples=40, deadline=None)
-@given(tracks(), tracks(), st.integers(-100, 100))
-def test_they_move_with_time(human, predicted, shift):
-    def moved(segments):
-        return tuple(Segment(s.start + shift, s.end + shift, s.action) for s in segments)
-
-    def plain(found, by):
-        return [(d.start + by, d.end + by, d.human, d.predicted, d.kind) for d in found]
-
-    later = find_differences("d", moved(human), moved(predicted))
-    assert plain(later, 0) == plain(find_differences("d", human, predicted), shift)
-
-
-@settings(max_examples=40, deadline=None)
 @given(tracks(), tracks())
 def test_exchanging_the_sides_exchanges_the_kinds(human, predicted):
     other = {"missed": "invented", "invented": "missed"}

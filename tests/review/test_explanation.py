@@ -17,13 +17,12 @@ from factories import (
 )
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sklearn.neighbors import NearestNeighbors
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import Interval, Segment
-from forcelab.project import LabelsUsed, Project
+from forcelab.project import Project
 from forcelab.recognition import training
 from forcelab.recognition.attribution import BlackBoxScorer, MlpScorer, log_odds, make_scorer
 from forcelab.recognition.classifiers import fit_classifier
@@ -37,21 +36,18 @@ from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.results import DemonstrationResult
 from forcelab.recognition.settings import Settings
-from forcelab.review import explanation
 from forcelab.review.differences import action_over, interval_at, interval_of
-from forcelab.review.explanation import (
+from forcelab.review.explanation import attribute_bands, explain
+from forcelab.review.held_out import train_held_out
+from forcelab.review.run_result import load_run
+from forcelab.review.similar_segments import (
     SegmentFeatures,
-    attribute_bands,
-    explain,
     force_preview,
     nearest_segments,
     preview_job,
     summarise,
     summarise_segments,
-    track_after_edit,
-    train_held_out,
 )
-from forcelab.review.run_result import load_run
 from forcelab.review.training import review_job
 
 #: Epochs of an MLP's fit: what it has learnt by then is enough to be explained.
@@ -102,12 +98,6 @@ def test_the_shares_add_up_to_the_difference_of_the_log_odds(seed):
     assert scorer.integrated_gradients(rows, mean, "grab", "still").sum(axis=1) == pytest.approx(
         gained
     )
-
-
-def test_at_the_reference_itself_nothing_speaks():
-    scorer, random = network(4)
-    mean = random.normal(size=6)
-    assert not scorer.integrated_gradients(mean[None], mean, "grab", "still").any()
 
 
 # --- classifiers --------------------------------------------------------------------------------
@@ -313,8 +303,8 @@ def test_segments_that_were_not_trained_on_are_not_shown_as_if(bayes, monkeypatc
         fits.append([example.segments for example in examples])
         return training.fit_cleaned(examples, *others)
 
-    monkeypatch.setattr(explanation, "clean_examples", trimmed)
-    monkeypatch.setattr(explanation, "fit_cleaned", watched)
+    monkeypatch.setattr("forcelab.review.held_out.clean_examples", trimmed)
+    monkeypatch.setattr("forcelab.review.held_out.fit_cleaned", watched)
     after = finish(train_held_out(path, run, id_))
     homes = {place.demonstration for place in before.training.places}
     assert len(after.training.places) == len(before.training.places) - len(homes)
@@ -349,25 +339,6 @@ def test_labels_that_were_edited_since_are_taken_as_they_were(tmp_path):
     assert finish(train_held_out(path, run, first.id)).same_share == 1.0
 
 
-def test_a_track_can_be_read_as_it_was_after_each_edit(tmp_path):
-    path = tmp_path / "study.forcelab"
-    run = make_evaluated_project(path, BAYES, count=2)
-    id_ = run.tested[0].id
-    with Project.open(path) as project:
-        known = {0: (), project.tracks.head(id_, "Ann"): project.tracks.get(id_, "Ann").segments}
-        for number in range(3):
-            before = project.tracks.get(id_, "Ann").segments
-            after = (*before[:number], *before[number + 1 :])
-            project.tracks.edit(id_, "Ann", before, after, "one erased")
-            known[project.tracks.head(id_, "Ann")] = after
-        for again in (project.tracks.undo, project.tracks.undo, project.tracks.redo):
-            again(id_, "Ann")
-            known[project.tracks.head(id_, "Ann")] = project.tracks.get(id_, "Ann").segments
-        assert len(known) == 8
-        for edit, segments in known.items():
-            assert track_after_edit(project, LabelsUsed(id_, "Ann", edit)) == segments
-
-
 def test_the_probabilities_are_the_runs_where_it_kept_any(bayes):
     path, run = bayes
     result = run.tested[0]
@@ -379,18 +350,6 @@ def test_the_probabilities_are_the_runs_where_it_kept_any(bayes):
     own = ProbabilityTrace(result.start, 50.0, ("hold",), values)
     with_trace = replace(run, tested=(replace(result, probability_trace=own), *run.tested[1:]))
     assert finish(train_held_out(path, with_trace, result.id)).probability_trace is own
-
-
-def test_of_an_unlabelled_demonstration_all_others_are_trained_on(tmp_path):
-    path = tmp_path / "study.forcelab"
-    run = make_evaluated_project(path, BAYES, count=4)
-    last = run.tested[-1]
-    proposed = replace(last, human=())
-    rest = replace(run, tested=run.tested[:-1], labels=run.labels[:-1], proposals=(proposed,))
-    held_out = finish(train_held_out(path, rest, last.id))
-    assert held_out.how == "final"
-    places = {place.demonstration for place in held_out.training.places}
-    assert places == {result.id for result in rest.tested}
 
 
 def test_the_final_recogniser_labels_a_proposal_as_the_run_did_on_any_grid(tmp_path):
@@ -574,28 +533,6 @@ def test_they_are_those_of_a_plain_loop(seed, count):
     assert [n.distance for n in near] == pytest.approx([far for far, *_ in found[:count]])
 
 
-def test_they_are_those_of_scikit_learn():
-    training, target = drawn(5, count=200)
-    spread = training.values.std(axis=0)
-    spread[3] = 1.0
-    chosen = [i for i, place in enumerate(training.places) if place.human == "grab"]
-    theirs = NearestNeighbors(n_neighbors=3, algorithm="brute").fit(
-        training.values[chosen] / spread
-    )
-    distances, order = theirs.kneighbors([target / spread])
-    near = nearest_segments(target, training, "grab")
-    assert [n.place for n in near] == [training.places[chosen[i]] for i in order[0]]
-    assert [n.distance for n in near] == pytest.approx(distances[0].tolist())
-
-
-def test_the_unit_of_a_number_makes_no_difference():
-    training, target = drawn(9)
-    factors = np.array([1e3, 1.0, 1e-6, 1.0, 1.0, 5.0, 1.0])
-    scaled = SegmentFeatures(training.places, training.values * factors)
-    ours = [n.place for n in nearest_segments(target, training, "hold")]
-    assert [n.place for n in nearest_segments(target * factors, scaled, "hold")] == ours
-
-
 def test_an_action_of_no_other_demonstration_has_no_neighbours():
     training, target = drawn(1)
     assert nearest_segments(target, training, "juggle") == ()
@@ -627,21 +564,6 @@ def test_a_stretch_without_samples_has_no_summary():
     assert summarise(examples, demonstration, SCALES, 1.001, 1.004) is None
 
 
-def test_a_demonstration_without_labels_adds_nothing():
-    demonstration, segments = synthetic_demonstration(3, rate=200.0)
-    bare = summarise_segments(
-        prepare_examples(LabelledDemonstration(demonstration), SETTINGS), demonstration, SCALES
-    )
-    full = summarise_segments(
-        prepare_examples(LabelledDemonstration(demonstration, segments), SETTINGS),
-        demonstration,
-        SCALES,
-    )
-    joined = SegmentFeatures.joined([bare, full])
-    assert joined.places == full.places
-    assert np.array_equal(joined.values, full.values)
-
-
 @pytest.fixture
 def demonstration():
     times = np.arange(1000) / 100.0
@@ -654,12 +576,6 @@ def test_a_trace_holds_the_extremes_of_its_columns(demonstration):
     blocks = demonstration.signals[200:700].reshape(50, 10, 2)
     assert np.array_equal(found.low, blocks.min(axis=1))
     assert np.array_equal(found.high, blocks.max(axis=1))
-
-
-def test_a_short_stretch_has_a_column_for_each_sample(demonstration):
-    found = force_preview(demonstration, 2.0, 2.05, columns=50)
-    assert np.array_equal(found.low, demonstration.signals[200:205])
-    assert np.array_equal(found.low, found.high)
 
 
 def test_a_stretch_after_the_last_stamp_has_the_last_sample(demonstration):

@@ -286,7 +286,7 @@ def swapped(items, seed):
     return items, places
 
 
-def evaluate_left_out(items, settings, groups=5):
+def evaluate_left_out(items, settings, groups=3):
     """Each demonstration as a recogniser of those of the other groups sees it."""
     examples = finish(prepare_all(items, settings))
     actions = actions_of(examples)

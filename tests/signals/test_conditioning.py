@@ -15,21 +15,13 @@ anything = hnp.arrays(
 )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(anything)
 def test_any_input_comes_out_finite_and_below_two(x):
     ready = condition(x)
     assert np.isfinite(ready.values).all()
     assert np.abs(ready.values).max() < 2
     assert np.isfinite(ready.noise).all()
-
-
-@settings(deadline=None)
-@given(hnp.arrays(np.float64, st.integers(2, 40), elements=st.floats(-1e3, 1e3, width=32)))
-def test_what_is_taken_out_can_be_put_back(x):
-    ready = condition(x)
-    back = np.ldexp(ready.values[0], int(ready.exponent[0])) + np.median(x)
-    np.testing.assert_allclose(back, x, rtol=0, atol=1e-12 * max(1e-300, np.abs(x).max()))
 
 
 @pytest.mark.parametrize("value", [0.0, -0.0, 5e-324, 1e-300, 0.1, -7.0, 1e300, 1.7e308])
@@ -79,23 +71,6 @@ def test_values_are_read_whatever_their_type_order_and_layout():
         np.testing.assert_array_equal(condition(other).values, expected)
 
 
-def test_the_input_is_left_alone():
-    x = np.array([1.0, NAN, 3.0])
-    condition(x)
-    np.testing.assert_array_equal(x, [1.0, NAN, 3.0])
-
-
-def test_channels_do_not_bear_upon_each_other():
-    random = np.random.default_rng(0)
-    x = random.standard_normal((3, 50)) * np.array([[1e-9], [1.0], [1e9]])
-    together = condition(x)
-    for c in range(3):
-        alone = condition(x[c])
-        np.testing.assert_array_equal(together.values[c], alone.values[0])
-        assert together.exponent[c] == alone.exponent[0]
-        assert together.noise[c] == alone.noise[0]
-
-
 def test_the_noise_level_is_the_standard_deviation_of_white_noise():
     noise = 0.013 * np.random.default_rng(1).standard_normal(200_000)
     assert noise_level(noise) == pytest.approx(0.013, rel=0.01)
@@ -107,12 +82,6 @@ def test_the_noise_level_ignores_slow_forces_and_rare_impacts():
     force = 8 * np.sin(2 * np.pi * 0.5 * t) + 0.01 * random.standard_normal(t.size)
     force[random.choice(t.size, 100, replace=False)] += 50
     assert noise_level(force) == pytest.approx(0.01, rel=0.05)
-
-
-def test_the_noise_is_given_in_units_of_the_values():
-    x = 300 + 0.5 * np.random.default_rng(3).standard_normal(50_000)
-    ready = condition(x)
-    assert np.ldexp(ready.noise[0], int(ready.exponent[0])) == pytest.approx(0.5, rel=0.02)
 
 
 @pytest.mark.parametrize("n", [1, 2])

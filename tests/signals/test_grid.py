@@ -92,13 +92,6 @@ def test_jittered_stamps_are_joined_by_straight_lines(seed, jitter):
     assert grid.rate == pytest.approx(1 / demo.period)
 
 
-def test_a_slow_tone_survives_jitter():
-    random = np.random.default_rng(4)
-    times = np.sort(np.arange(5000) + random.uniform(-0.4, 0.4, 5000)) / 1000
-    grid = on_grid(recording(times - times[0], np.sin(2 * np.pi * 5 * (times - times[0]))))
-    np.testing.assert_allclose(grid.signals[:, 0], np.sin(2 * np.pi * 5 * grid.times), atol=5e-4)
-
-
 # Gaps and missing samples
 
 
@@ -116,13 +109,6 @@ def test_five_periods_are_no_gap():
     grid = on_grid(recording(places / 1000, noise(places.size)))
     assert grid.valid.all()
     assert grid.times.size == 200
-
-
-def test_in_gaps_lines_are_drawn_and_nothing_is_made_up():
-    times = np.concatenate([np.arange(100), np.arange(200, 300)]) / 1000
-    grid = on_grid(recording(times, np.where(times < 0.15, 1.0, 3.0)))
-    assert np.all((grid.signals >= 1) & (grid.signals <= 3))
-    assert np.all(np.diff(grid.signals[:, 0]) >= 0)
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])

@@ -87,30 +87,6 @@ def test_the_mechanics_rest_in_a_grip_where_it_should_be():
     assert np.abs(instant.rates).max() < 1e-6
 
 
-def test_a_regrip_goes_on_from_the_grip_there_is():
-    hand = choreography()
-    hand.grip(3.0, 0.1, 0.2)
-    hand.grip(6.0, 0.5, 0.2)
-    hand.phase("grab", 1.0)
-    times, command = commanded(hand)
-    once = choreography()
-    once.grip(3.0, 0.1, 0.2)
-    once.phase("grab", 1.0)
-    _, first = commanded(once)
-    between = (times > 0.3) & (times < 0.5)
-    np.testing.assert_allclose(command["left jaw"][between], first["left jaw"][between])
-    assert command["left jaw"][-1] < first["left jaw"][-1] - 1e-3
-
-
-def test_the_right_jaw_lags_behind_the_left_one():
-    hand = choreography()
-    hand.grip(4.0, 0.2, 0.3, lag=0.05)
-    hand.phase("grab", 1.0)
-    _, command = commanded(hand)
-    steps = round(0.05 / KNOT_STEP)
-    np.testing.assert_allclose(command["right jaw"][steps:], command["left jaw"][:-steps])
-
-
 def test_opening_brings_the_jaws_back_to_where_they_were():
     hand = choreography()
     before = BLOCK.half_width + CALM["opening"]
@@ -126,17 +102,6 @@ def test_opening_brings_the_jaws_back_to_where_they_were():
 
 
 # Moving
-
-
-def test_a_reach_is_the_move_of_least_jerk_between_two_places():
-    hand = choreography(lifted=True)
-    hand.move("tongs z", 0.04, 0.2, 0.5)
-    hand.phase("hold", 1.0)
-    times, command = commanded(hand)
-    u = np.clip((times - 0.2) / 0.5, 0.0, 1.0)
-    np.testing.assert_allclose(
-        command["tongs z"], 0.04 * (10 * u**3 - 15 * u**4 + 6 * u**5), atol=1e-12
-    )
 
 
 @settings(max_examples=40)
@@ -217,55 +182,4 @@ def test_taps_lie_before_and_after_the_task_and_have_the_stated_length(duration)
         assert abs(force(at + TAP_LENGTH / 2 + ROUND)) < 0.01
 
 
-def test_without_taps_the_task_begins_at_once_and_nothing_is_tapped():
-    hand = choreography()
-    hand.phase("hold", 1.0)
-    assert hand.end() == 1.0
-    assert hand.taps == ()
-    assert hand.phases[0].start == 0.0
-    _, command = commanded(hand)
-    assert not command["tap"].any()
-
-
 # All of it
-
-
-def test_phases_follow_one_another_without_gaps():
-    hand = choreography(taps=True)
-    for action in ("still", "grab", "hold"):
-        hand.phase(action, 0.4)
-    assert [phase.action for phase in hand.phases] == ["still", "grab", "hold"]
-    assert all(phase.end == following.start for phase, following in pairwise(hand.phases))
-    assert hand.t == hand.phases[-1].end
-
-
-def test_the_commands_reach_beyond_the_end_and_are_finite():
-    hand = choreography(taps=True, tremor=3e-5, wander=5e-4, lifted=True)
-    hand.grip(4.0, 0.7, 0.3)
-    hand.phase("hold", 1.234)
-    hand.end()
-    values = hand.values()
-    assert values.shape[1] == len(Layout.of(hand.scene).commands)
-    assert (len(values) - 1) * KNOT_STEP >= hand.t
-    assert np.isfinite(values).all()
-
-
-def test_durations_are_those_of_the_recipe_in_the_tempo_of_the_hand():
-    hand = choreography(tempo=1.5, close=0.2)
-    assert hand.lasts("close") == pytest.approx(0.3)
-
-
-def test_the_same_stream_gives_the_same_commands():
-    values = []
-    for seed in (1, 1, 2):
-        hand = choreography(seed=seed, tremor=3e-5, wander=5e-4)
-        hand.phase("hold", hand.between(0.5, 1.5))
-        values.append(hand.values())
-    np.testing.assert_array_equal(values[0], values[1])
-    assert values[0].shape != values[2].shape or (values[0] != values[2]).any()
-
-
-def test_a_chance_is_taken_as_often_as_it_says():
-    hand = choreography()
-    taken = np.mean([hand.chance(0.3) for _ in range(3000)])
-    assert taken == pytest.approx(0.3, abs=0.03)

@@ -93,11 +93,6 @@ def test_contact_never_pulls_and_is_nothing_apart(depth, rate, stiffness, dampin
             assert force > 0.0
 
 
-def test_a_kelvin_voigt_contact_is_spring_beside_dashpot():
-    force = contact.kelvin_voigt(np.array([1e-3, 1e-3, 1e-3]), np.array([0.1, 0, -1]), 4e3, 2.0)
-    assert force.tolist() == pytest.approx([4.2, 4.0, 2.0])
-
-
 @pytest.mark.parametrize("exponent", [None, np.array(1.5)])
 def test_stored_energy_is_the_work_against_the_undamped_force(exponent):
     depths = np.linspace(-1e-3, 2e-3, 3001)
@@ -118,13 +113,6 @@ def test_a_snap_resists_with_its_force_both_ways_and_takes_no_work_in_all():
     slope = np.gradient(contact.snap_energy(depths, *numbers), depths)
     assert np.abs(force + slope)[1:-1].max() < 1e-2
     assert abs(contact.snap_energy(depths[[0, -1]], *numbers)).max() < 1e-12
-
-
-def test_stribeck_s_curve_falls_from_static_to_kinetic():
-    speeds = np.array([0.0, 0.01, 1.0, 1e6])
-    assert contact.bristle_limit(speeds, 1.1, 0.8, 0.01) == pytest.approx(
-        [1.1, 0.8 + 0.3 / np.e, 0.8, 0.8]
-    )
 
 
 # Passivity: with V = N s0 z^2 / 2, is F v >= V' for every bristle that can be?

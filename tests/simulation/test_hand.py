@@ -59,14 +59,6 @@ def test_wandering_has_unit_variance_and_falls_off_beyond_a_hertz():
     assert power[frequency < 0.33].sum() > 0.1 * power.sum()
 
 
-@pytest.mark.parametrize("source", [tremor, wander])
-def test_the_same_seed_moves_the_hand_in_the_same_way(source):
-    times = np.arange(100) / 100.0
-    first = source(times, np.random.default_rng(1))
-    assert np.array_equal(first, source(times, np.random.default_rng(1)))
-    assert not np.allclose(first, source(times, np.random.default_rng(2)))
-
-
 def test_commands_go_through_their_values_and_stay_at_the_last():
     command = Trajectory.through(VALUES)
     for lane, values in enumerate(VALUES):
@@ -74,11 +66,6 @@ def test_commands_go_through_their_values_and_stay_at_the_last():
         assert np.abs(columns(command, lane, knots).T - values).max() < 1e-12
     after = KNOT_STEP * np.arange(21, 41)
     assert np.abs(columns(command, 1, after).T - VALUES[1][-1]).max() < 1e-12
-
-
-def test_a_command_that_never_changes_stays_so_for_ever():
-    command = Trajectory.through([np.full((3, 2), 0.0123)])
-    assert command.at(np.linspace(0.0, 1000.0, 50)).tolist() == [[0.0123] * 50] * 2
 
 
 def test_commands_are_twice_continuously_differentiable_and_start_and_end_at_rest():
@@ -100,16 +87,6 @@ def test_a_lane_s_commands_do_not_depend_on_how_long_its_neighbours_are():
     beside = Trajectory.through(VALUES).subset(np.array([1]))
     times = np.linspace(0.0, 20 * KNOT_STEP, 101, endpoint=False)
     assert np.array_equal(beside.at(times), alone.at(times))
-
-
-def test_each_lane_is_asked_at_a_time_of_its_own():
-    command = Trajectory.through(VALUES)
-    times = np.array([0.0123, 0.0777])
-    both = command.at(times)
-    for lane in (0, 1):
-        assert np.array_equal(columns(command, lane, times[lane : lane + 1])[:, 0], both[:, lane])
-    swapped = command.subset(np.array([1, 0])).at(times[::-1])
-    assert np.array_equal(swapped, both[:, ::-1])
 
 
 def test_the_hand_drives_with_the_force_of_its_springs_and_dampers():

@@ -395,19 +395,6 @@ def test_contact_is_lost_at_the_tip_even_by_jaws_that_squeeze_each_other():
     assert (after < 0).all()
 
 
-def test_entering_and_leaving_the_socket_change_the_mode_alone():
-    system = mechanics(SCENES["socket"])
-    enters = next(i for i, name in enumerate(system.events) if name == "into the socket|")
-    leaves = next(i for i, name in enumerate(system.events) if name == "out of the socket|")
-    outside = state(system, {"body y": 0.02})
-    inside = system.jump(enters, True, outside)
-    assert inside[-1] == 1.0
-    assert np.array_equal(inside[:-1], outside[:-1])
-    assert np.array_equal(system.jump(enters, False, outside), outside)
-    assert np.array_equal(system.jump(leaves, True, inside), outside)
-    assert np.array_equal(system.jump(0, True, inside), inside)
-
-
 @pytest.mark.parametrize(
     ("places", "leaves"),
     [
@@ -467,45 +454,6 @@ def test_a_cap_sticks_below_the_torque_at_rest_and_turns_with_that_in_motion_abo
     assert torque[middle] == pytest.approx(steady, rel=2e-3)
 
 
-def has(name, word):
-    return any(word in row for row in Layout.of(SCENES[name]).names)
-
-
-def test_a_scene_without_tangential_motion_carries_no_friction_and_no_places():
-    assert Layout.of(SCENES["grip"]).names == (
-        "left jaw",
-        "right jaw",
-        "body x",
-        "left jaw rate",
-        "right jaw rate",
-        "body x rate",
-    )
-
-
-@pytest.mark.parametrize(
-    ("name", "states"),
-    [("grip", 6), ("lift", 13), ("held", 18), ("tapering", 12), ("socket", 22), ("twist", 13)],
-)
-def test_a_scene_has_exactly_the_states_of_its_parts(name, states):
-    layout = Layout.of(SCENES[name])
-    assert len(layout.names) == states
-    assert len(set(layout.names)) == states
-    assert has(name, "bristle") == (name != "grip")
-    assert has(name, "in the socket") == (name == "socket")
-    assert has(name, "socket bristle") == (name == "socket")
-    assert has(name, "table bristle") == (name in {"lift", "socket"})
-    assert has(name, "thread bristle") == has(name, "wrist") == (name == "twist")
-    assert has(name, "tongs y") == (name in {"held", "socket"})
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_only_events_of_parts_that_are_there_are_watched(name):
-    events = " ".join(mechanics(SCENES[name]).events)
-    assert ("slip" in events) == has(name, "bristle")
-    assert ("snap" in events) == (name == "socket")
-    assert ("body lifted" in events) == (name in {"lift", "socket"})
-
-
 def test_what_is_left_out_says_how_many_states_that_saves():
     grip, lift = Layout.of(SCENES["grip"]), Layout.of(SCENES["lift"])
     held = Layout.of(SCENES["held"])
@@ -520,22 +468,6 @@ def test_what_is_left_out_says_how_many_states_that_saves():
         "width that varies: the body is as wide everywhere",
         "holder: nothing holds the body but jaws and table",
     )
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_scales_turn_a_newton_into_each_place_s_own_measure(name):
-    system = mechanics(SCENES[name])
-    assert system.scales.shape == (len(system.names), 1)
-    assert (system.scales > 0).all()
-    scales = dict(zip(system.names, system.scales[:, 0], strict=True))
-    body = SCENES[name].body
-    if body.exponent == 1.0:
-        assert scales["left jaw"] == pytest.approx(1.0 / body.stiffness)
-    else:
-        # At ten newtons, a curved contact is as stiff as its law's slope there.
-        deep = (10.0 / body.stiffness) ** (1.0 / body.exponent)
-        force = body.stiffness * (deep + scales["left jaw"] * np.array([0.0, 0.01])) ** 1.5
-        assert np.diff(force) == pytest.approx(0.01, rel=1e-2)
 
 
 #: Closed forms are met by one solver as by another: what each of them does is tested by itself.
@@ -685,27 +617,6 @@ def test_a_grip_too_stiff_for_the_steps_allowed_is_refused_with_a_sentence():
         integrate(system, start, times, Explicit(max_steps=500))
 
 
-def test_a_batch_is_followed_as_each_of_its_lanes_alone():
-    scene = SCENES["lift"]
-    scenes = [
-        replace(scene, body=replace(scene.body, mass=m, stiffness=k))
-        for m, k in ((0.01, 1e3), (0.05, 3e3), (0.2, 3e4))
-    ]
-    values = np.zeros((101, 4))
-    values[:, :2] = 0.016
-    values[:, 2] = 0.01 * np.linspace(0.0, 1.0, 101)
-    system = Mechanics(scenes, Trajectory.through([values] * 3))
-    alone = system.lane(0)
-    start = state(alone, {"left jaw": 0.021, "right jaw": 0.021})
-    times = np.linspace(0.0, 0.2, 101)
-    together = integrate(system, np.repeat(start[:, None], 3, axis=1), times, Rosenbrock())
-    for lane in range(3):
-        single = integrate(system.lane(lane), start[:, None], times, Rosenbrock())
-        assert together.states[:, :, lane] == pytest.approx(single.states[:, :, 0], abs=1e-10)
-        kinds = [event.kind for event in single.events[0]]
-        assert [event.kind for event in together.events[lane]] == kinds
-
-
 SOCKET = Socket(place=0.02, depth=0.006, friction=4.0, snap=5.0, snap_depth=0.004, snap_width=5e-4)
 
 
@@ -728,13 +639,6 @@ def rubbed(depths, socket, speed, bristle):
     return force[2] - sliding_friction(hold, moving, bent, namespace(socket).rubbing)[0][0]
 
 
-def test_a_plain_table_is_flat():
-    table = table_under(np.array([[1e-3, -2e-3]]), np.array([[0.1, -0.2]]), None)
-    assert table.depth.tolist() == [-1e-3, 2e-3]
-    assert table.rate.tolist() == [-0.1, 0.2]
-    assert table.slope is None
-
-
 def test_the_bumps_around_a_socket_have_the_slope_and_speed_that_they_seem_to():
     y = np.linspace(-0.05, 0.09, 14001)
     place, speed = np.stack([y, 0.0 * y]), np.stack([0.3 + 0.0 * y, 0.1 + 0.0 * y])
@@ -755,23 +659,6 @@ def test_the_socket_takes_hold_of_a_body_without_a_jump_at_its_rim():
     assert np.abs(below).max() < 1e-4
     assert hold[0] == 0.0
     assert 0.0 < hold[1] < 1e-4
-
-
-@pytest.mark.parametrize(("y", "x"), [(0.02, 0.0), (0.0203, 1e-3)])
-def test_what_the_socket_takes_on_the_way_in_it_gives_back_on_the_way_out(y, x):
-    depths = np.linspace(0.0, 0.0065, 13001)
-    smooth = replace(SOCKET, friction=0.0)
-    force = pushed(depths, smooth, y, x)[0]
-    work = np.concatenate(
-        [[0.0], np.cumsum(0.5 * (force[2, 1:] + force[2, :-1]) * np.diff(depths))]
-    )
-    walls = 0.5 * (SOCKET.walls * (y - 0.02) ** 2 + SOCKET.ends * x**2)
-    bump = SOCKET.snap * 5e-4 * np.exp(0.5 - 0.5 * ((depths - 0.004) / 5e-4) ** 2)
-    bottom = 0.5 * SOCKET.bottom * np.maximum(depths - 0.006, 0.0) ** 2
-    inside = depths > 0.25 * SOCKET.depth
-    assert np.abs(work - walls - bump - bottom)[inside].max() < 1e-7
-    assert force[0, -1] == pytest.approx(-SOCKET.ends * x)
-    assert force[1, -1] == pytest.approx(-SOCKET.walls * (y - 0.02))
 
 
 def test_the_click_takes_exactly_its_force_in_and_out_when_the_walls_do_not_rub():
@@ -817,31 +704,11 @@ def test_friction_along_two_axes_is_that_along_their_sum():
     assert same == pytest.approx(limit)
 
 
-def test_bristles_that_bear_nothing_straighten():
-    pads = namespace(Pads())
-    still = np.zeros((1, 2))
-    force, rate, _ = sliding_friction(np.array([0.0, 2.0]), still, np.full((1, 2), 1e-4), pads)
-    assert rate[0].tolist() == [-1e-4 / STRAIGHTEN, 0.0]
-    assert force[0, 0] == 0.0
-    assert force[0, 1] == pytest.approx(2.0 * 4000.0 * 1e-4)
-
-
 PROFILES = {
     "waves": Profile(0.03, 0.01, 0.1, 0.02),
     "rim": Profile(0.03, 0.01, 0.05, 0.02, rim=1e-3, rim_length=4e-3),
     "lopsided": Profile(0.03, 0.01, 0.1, 0.02, rim=1e-3, lopsided=0.5),
 }
-
-
-@pytest.mark.parametrize("name", PROFILES)
-def test_a_width_that_varies_has_the_slopes_that_it_seems_to(name):
-    up = np.linspace(-0.01, 0.05, 60001)
-    width = width_at(up, np.array([0.004]), namespace(PROFILES[name]))
-    for value, slope in zip(
-        (*width.half, width.left), (*width.slope, width.left_slope), strict=True
-    ):
-        numeric = np.gradient(value, up)
-        assert np.abs(numeric - slope)[1:-1].max() < 1e-4 * max(np.abs(slope).max(), 1.0)
 
 
 def test_a_body_is_wide_swells_before_its_end_and_ends_in_a_tip():
@@ -854,11 +721,3 @@ def test_a_body_is_wide_swells_before_its_end_and_ends_in_a_tip():
     assert middle[4:].tolist() == [0.0, 0.0]
     assert width.left.tolist() == [1.0, 1.0, 1.0, 1.0, 0.0, 0.0]
     assert (width.tip > 0).tolist() == [True, True, True, True, False, False]
-
-
-def test_friction_in_the_scenes_for_closed_forms_is_next_to_nothing():
-    # The other tests of the mechanics rest on it.
-    force, _, _ = sliding_friction(
-        np.array([10.0]), np.ones((1, 1)), np.full((1, 1), 1e-3), namespace(SLIPPERY)
-    )
-    assert abs(force).max() < 1e-7

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from forcelab.clock import fit_clock
 from forcelab.errors import InputError
 from forcelab.labels import Segment
-from forcelab.simulation.rendering import SIZE, Camera, Stage, drawn_height, render
+from forcelab.simulation.rendering import SIZE, Camera, Stage, render
 from forcelab.simulation.scene import Motion
 from tests.simulation.staged import SCENES, TAPS, staged
 
@@ -238,37 +238,6 @@ def test_a_twist_that_turns_nothing_yet_is_seen():
     assert feet(picture(performance, 2.3)) > 0
 
 
-def test_a_stylus_that_gives_way_in_its_vice_rises_visibly():
-    performance = staged("stylus", taps=())
-    motion = performance.motion
-    risen = replace(
-        motion,
-        body=motion.body + np.array([0.0, 0.0, 0.002, 0.0]),
-        tongs=motion.tongs + np.array([0.0, 0.002, 0.0]),
-    )
-    before, after = (
-        domes(Stage(replace(performance, motion=moved)).frame(1.5))[2] for moved in (motion, risen)
-    )
-    assert before - after > 8
-
-
-@settings(max_examples=30, deadline=None)
-@given(
-    st.floats(0.008, 0.04), st.floats(0.005, 0.02), st.floats(0.0005, 0.003), st.floats(0.01, 0.1)
-)
-def test_drawn_heights_rise_without_jumps_and_are_true_below_the_rim(end, taper, rim, beyond):
-    profile = replace(SCENES["stylus"].profile, end=end, taper=taper, rim_length=rim)
-    heights = np.linspace(-0.02, end + taper + beyond, 4000)
-    slopes = np.diff(drawn_height(heights, profile)) / np.diff(heights)
-    assert slopes.min() > 0
-    assert slopes.max() < 20
-    shaft = heights[heights < end - 1.1 * rim]
-    assert drawn_height(shaft, profile) == pytest.approx(shaft, abs=1e-12)
-    # What takes the domes longest is seen best.
-    climb = np.array([end - rim, end - 0.4 * rim])
-    assert np.diff(drawn_height(climb, profile))[0] > 6 * np.diff(climb)[0]
-
-
 def test_streaks_are_drawn_only_while_the_domes_slide():
     performance = staged("stylus", taps=())
     motion, stage = performance.motion, Stage(performance)
@@ -281,53 +250,6 @@ def test_streaks_are_drawn_only_while_the_domes_slide():
     assert min(streaks(time) for time in sliding) > 15
     # Open, gripping, held, and free again.
     assert max(streaks(time) for time in (0.5, 1.45, 2.0, 4.6)) == 0
-
-
-def test_the_hand_stays_in_the_picture_when_the_tongs_have_slipped_off():
-    stage = Stage(staged("stylus", taps=()))
-    before, after = stage.frame(1.5), stage.frame(4.6)
-    skin = near(after, SKIN, 12)
-    assert skin.sum() > 0.6 * near(before, SKIN, 12).sum()
-    # Fingers and palm: above the arms, too, there is a good part of it.
-    top = np.nonzero(near(after, ARM, 8))[0].min()
-    assert skin[:top].any(axis=1).sum() > 12
-
-
-def leaning(image):
-    """How much lower the right end of a brick's lower edge is than the left one, pixels a pixel."""
-    brick = near(image, BRICK, 12)
-    columns = np.nonzero(brick.sum(axis=0) > 12)[0]
-    inner = columns[len(columns) // 4 : -len(columns) // 8]
-    lowest = [np.nonzero(brick[:, column])[0].max() for column in inner]
-    return np.polyfit(inner, lowest, 1)[0]
-
-
-def test_a_brick_leans_while_it_feels_for_its_place_and_is_upright_elsewhere():
-    performance = staged("LEGO", taps=())
-    motion = performance.motion
-
-    def lean(off, height):
-        body = np.tile([0.0, 0.12 + off, height, 0.0], (motion.times.size, 1))
-        moved = replace(motion, body=body, tongs=body[:, 1:])
-        return leaning(picture(replace(performance, motion=moved), 1.5))
-
-    beside = [lean(off, 0.0) for off in (-0.006, -0.003, 0.003)]
-    assert np.sign(beside).tolist() == [-1, -1, 1]
-    assert (np.abs(np.degrees(np.arctan(beside))) > 4).all()
-    assert (np.abs(np.degrees(np.arctan(beside))) < 9).all()
-    assert [lean(*place) for place in ((-0.003, 0.004), (0.0, -0.0022), (-0.12, 0.0))] == (
-        pytest.approx([0, 0, 0], abs=0.02)
-    )
-
-
-def test_an_open_jaw_stands_off_from_the_foam_as_far_on_the_left_as_on_the_right():
-    image = picture(staged("foam", taps=()), 0.5)
-    left, right, row = domes(image)
-    body = near(image, FOAM, 12) | near(image, tuple(int(0.78 * c + 6) for c in FOAM), 20)
-    columns = np.nonzero(body[round(row)])[0]
-    gaps = columns.min() - left, right - columns.max()
-    assert min(gaps) > 10
-    assert gaps[0] == pytest.approx(gaps[1], abs=14)
 
 
 @pytest.mark.parametrize("task", SCENES)
@@ -354,13 +276,6 @@ def test_the_domes_stay_in_the_picture(task):
         assert pixels_near.sum() > 20
         assert not pixels_near[0].any()
         assert not pixels_near[:, [0, -1]].any()
-
-
-def test_a_picture_comes_in_the_size_that_is_asked_for():
-    performance = staged("marker", taps=())
-    large, small = picture(performance, 1.5, (960, 540)), picture(performance, 1.5, (320, 180))
-    assert large.shape == (540, 960, 3)
-    assert near(large, DOME).sum() > 5 * near(small, DOME).sum()
 
 
 def test_the_video_opens_with_all_its_frames(film):

@@ -31,7 +31,7 @@ def film(tmp_path):
     [
         ("a.mp4", "libx264", even_frame_times(COUNT), GOP_250),
         ("b.mkv", "libx264", uneven_frame_times(COUNT), {"bf": "3"}),
-        ("c.webm", "libvpx", even_frame_times(60), {}),
+        ("c.webm", "libvpx", even_frame_times(20), {}),
         ("d.mp4", "libx264", even_frame_times(1), {}),
     ],
 )
@@ -76,7 +76,7 @@ def without(path, first, last):
     [
         ("a.mkv", "libx264", 30, GOP_250),
         ("b.mkv", "libx264", 240, {"g": "20"}),  # whose times are rounded to 4 and 5 ms
-        ("c.webm", "libvpx", 30, {}),
+        ("c.webm", "libvpx", 30, {"deadline": "realtime", "cpu-used": "8"}),
         ("d.mp4", "libx264", 30, {"g": "20"}),
     ],
 )

@@ -20,15 +20,11 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import Interval
 from forcelab.project import Project
-from forcelab.review.agreement import (
-    Agreement,
-    Consistency,
-    PairAgreement,
-    agreement_job,
-    coded_demonstrations,
-    landis_koch,
-)
+from forcelab.review.agreement import Agreement, PairAgreement, agreement_job
+from forcelab.review.coder_tracks import coded_demonstrations
 from forcelab.review.consensus import CONSENSUS
+from forcelab.review.consistency import Consistency
+from forcelab.review.kappa import landis_koch
 from forcelab.text import counted, percent
 
 #: How many places of each kind are printed.

@@ -27,11 +27,10 @@ for example:
 from __future__ import annotations
 
 import argparse
-import logging
 import math
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -40,8 +39,14 @@ from typing import Any, TextIO, TypeVar
 from forcelab.capture.camera import open_cameras
 from forcelab.capture.device import Device
 from forcelab.capture.device_names import AnyDevice, name_stream, parse_devices
-from forcelab.capture.discovery import LISTS_CAMERAS, find_cameras, find_ports
-from forcelab.capture.lsl import find_streams
+from forcelab.capture.discovery import (
+    LISTS_CAMERAS,
+    FoundCamera,
+    FoundPort,
+    find_cameras,
+    find_ports,
+)
+from forcelab.capture.lsl import FoundStream, find_streams
 from forcelab.capture.optoforce import sends_raw_counts, uncalibrated_warning
 from forcelab.capture.recorder import Recorder, RecorderState
 from forcelab.capture.save import (
@@ -65,7 +70,13 @@ from forcelab.cli.output import (
 from forcelab.cli.project_hints import hint_at_new_names
 from forcelab.errors import InputError
 from forcelab.live.label_outlet import LabelOutlet
-from forcelab.live.recognition import LATENCY, ClosedSegment, LiveRecognition
+from forcelab.live.recognition import (
+    LATENCY,
+    ClosedSegment,
+    LiveRecognition,
+    lost_track_sentence,
+    track_summary,
+)
 from forcelab.project import Project
 from forcelab.recognition.storage import load_recogniser
 from forcelab.text import counted
@@ -79,64 +90,21 @@ def list_devices(arguments: argparse.Namespace) -> None:
     """Print the serial ports, streams and cameras, and what they seem to be."""
     ports, streams, found_cameras = find_ports(), find_streams(), find_cameras()
     if arguments.json:
-        content = {
-            "ports": [
-                {
-                    "port": port.path,
-                    "kind": port.kind,
-                    "device": port.device,
-                    "description": port.description,
-                    "serial": port.serial,
-                    "usb": None if port.usb is None else f"{port.usb[0]:04x}:{port.usb[1]:04x}",
-                    "usable": port.usable,
-                }
-                for port in ports
-            ],
-            "streams": [
-                {
-                    "stream": stream.name,
-                    "device": name_stream(stream),
-                    "content": stream.content,
-                    "host": stream.host,
-                    "source": stream.source,
-                    "channels": stream.channels,
-                    "rate": stream.rate,
-                }
-                for stream in streams
-            ],
-            "cameras": [
-                {"camera": camera.device, "name": camera.name, "usable": camera.usable}
-                for camera in found_cameras
-            ],
-        }
-        print(json_text(content))
+        print(json_text(_devices_json(ports, streams, found_cameras)))
         return
     if not ports and not streams and not found_cameras:
         print(NOTHING_FOUND if LISTS_CAMERAS else UNLISTED)
         return
     rows = [["what to say", "what it seems to be", "serial number", ""]]
-    rows += [
-        [
-            f"--device {port.device or f'KIND:{port.path}'}",
-            port.description,
-            port.serial or "-",
-            _access_text(port.usable),
-        ]
-        for port in ports
-    ]
-    rows += [
-        [f"--device {printable(name_stream(stream))}", printable(stream.description), "-", ""]
-        for stream in streams
-    ]
-    rows += [
-        [
-            f"--camera {camera.device.removeprefix('/dev/video')}",
-            camera.name,
-            "-",
-            _access_text(camera.usable),
-        ]
-        for camera in found_cameras
-    ]
+    for port in ports:
+        option = f"--device {port.device or f'KIND:{port.path}'}"
+        rows.append([option, port.description, port.serial or "-", _access_text(port.usable)])
+    for stream in streams:
+        option = f"--device {printable(name_stream(stream))}"
+        rows.append([option, printable(stream.description), "-", ""])
+    for camera in found_cameras:
+        option = f"--camera {camera.device.removeprefix('/dev/video')}"
+        rows.append([option, camera.name, "-", _access_text(camera.usable)])
     print(table(rows))
     if not LISTS_CAMERAS:
         print(UNLISTED)
@@ -146,12 +114,46 @@ def list_devices(arguments: argparse.Namespace) -> None:
         print("\nKIND is optoforce, text or encoder.")
 
 
+def _devices_json(
+    ports: Iterable[FoundPort], streams: Iterable[FoundStream], cameras: Iterable[FoundCamera]
+) -> dict[str, Any]:
+    return {
+        "ports": [
+            {
+                "port": port.path,
+                "kind": port.kind,
+                "device": port.device,
+                "description": port.description,
+                "serial": port.serial,
+                "usb": None if port.usb is None else f"{port.usb[0]:04x}:{port.usb[1]:04x}",
+                "usable": port.usable,
+            }
+            for port in ports
+        ],
+        "streams": [
+            {
+                "stream": stream.name,
+                "device": name_stream(stream),
+                "content": stream.content,
+                "host": stream.host,
+                "source": stream.source,
+                "channels": stream.channels,
+                "rate": stream.rate,
+            }
+            for stream in streams
+        ],
+        "cameras": [
+            {"camera": camera.device, "name": camera.name, "usable": camera.usable}
+            for camera in cameras
+        ],
+    }
+
+
 def _access_text(usable: bool) -> str:
     """What stands behind a device that cannot be opened."""
     return "" if usable else "not yours to open"
 
 
-log = logging.getLogger("forcelab")
 ResultT = TypeVar("ResultT")
 
 
@@ -191,14 +193,8 @@ class LiveTrackRecorder:
             return None
         try:
             return do()
-        except InputError as error:
-            self.trouble = str(error)
-        except Exception as error:  # logged, and told when the recording is kept
-            log.error("A live track is lost.", exc_info=error)
-            fault = f"{type(error).__name__}: {error}"
-            self.trouble = (
-                f"The recogniser failed ({fault}): the recording is kept without its track."
-            )
+        except Exception as error:  # noqa: BLE001 - logged, and told when the recording is kept
+            self.trouble = lost_track_sentence(error)
         return None
 
     def _print(self, segments: Sequence[ClosedSegment]) -> None:
@@ -223,11 +219,7 @@ def recognition_summary(figures: dict[str, Any]) -> str:
         if after["median"] is None
         else f"labels {after['median']:.2f} s after the force (99 %: {after['p99']:.2f} s)"
     )
-    return (
-        f"Recognised by '{figures['author']}': {counted(figures['segments'], 'segment')}, "
-        f"{100 * figures['labelled']:.0f} % labelled, {late}, "
-        f"{100 * figures['cpu']:.1f} % of a core."
-    )
+    return f"{track_summary(figures)}, {late}, {100 * figures['cpu']:.1f} % of a core."
 
 
 #: Seconds between two looks at how it goes, and at what a recogniser makes of it.

@@ -24,7 +24,7 @@ of them (obs) or a column of one ("data 2"); groups that are numbered as demonst
 (demo_0, trial 1) are one each.
 
 A recording that the project has already is updated, not doubled; read with other
-columns it is another demonstration. A file that cannot be read is reported and left
+columns or units it is another demonstration. A file that cannot be read is reported and left
 out, and the exit status is then 1; with --strict nothing is imported at all. A single
 archive imported into a new project restores everything it holds; into an existing one,
 the recordings and coders' labels that it lacks.
@@ -132,6 +132,7 @@ def run(arguments: argparse.Namespace) -> int:
         label=labels[0],
         counter=arguments.counter,
         leave_out=tuple(arguments.leave_out),
+        units=tuple(arguments.unit),
         signals=tuple(arguments.signal),
         videos=arguments.videos,
         strict=arguments.strict,

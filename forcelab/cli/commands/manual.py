@@ -29,7 +29,7 @@ STATUS = {
 
 
 def add_options(_: argparse.ArgumentParser) -> None:
-    """Those of every command are all it has."""
+    """Add nothing: it has only the options that every command has."""
 
 
 def run(_: argparse.Namespace) -> None:

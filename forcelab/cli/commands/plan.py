@@ -21,7 +21,7 @@ from typing import Any
 from forcelab.cli.options import UsageError, add_demonstration, add_json, add_project
 from forcelab.cli.output import json_text, printable, progress_bar, table
 from forcelab.cli.settings_options import add_changes, settings_from
-from forcelab.demonstration import Demonstration
+from forcelab.demonstration import Channel, Demonstration
 from forcelab.jobs import Progress, finish
 from forcelab.measure.rows import MEGABYTE
 from forcelab.measure.timing import VIDEO, Work, measure_works
@@ -29,7 +29,7 @@ from forcelab.project import Project
 from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import FIELDS, Settings, why_not_applied
-from forcelab.signals.channels import channel_map
+from forcelab.signals.channels import ChannelMap, channel_map
 from forcelab.signals.cwt import frequencies, usual_scales
 from forcelab.signals.scalogram import open_channel, row_scales, scalogram
 from forcelab.simulation.mechanics import Layout, left_out
@@ -131,7 +131,7 @@ def viewing_parts(demonstration: Demonstration, authors: Sequence[str]) -> Itera
 def recognition_parts(demonstration: Demonstration, settings: Settings) -> Iterator[Part]:
     """What is computed to recognise a demonstration; `InputError` if a channel is missing."""
     recorded, rate = demonstration.channels, settings.rate or demonstration.rate
-    offered, chosen = channel_map(recorded), channel_map(recorded, settings.channels)
+    chosen = channel_map(recorded, settings.channels)
     times, signals = demonstration.times[:MEASURED], demonstration.signals[:MEASURED]
     beginning = LabelledDemonstration(replace(demonstration, times=times, signals=signals))
     samples = round(demonstration.duration * rate)
@@ -151,13 +151,7 @@ def recognition_parts(demonstration: Demonstration, settings: Settings) -> Itera
             yield Part(f"scales of {wider} samples", False, "wider than the settings' largest")
     for path in settings.own_features:
         yield Part(path, True, "features of your own, beside these or alone")
-    for name, places in zip(chosen.names, chosen.columns, strict=True):
-        columns = ", ".join(recorded[chosen.recorded[place]].name for place in places)
-        yield Part(f"channel {name}", True, f"from {columns}")
-    for name in (name for name in offered.names if name not in chosen.names):
-        yield Part(f"channel {name}", False, "the settings do not name it")
-    for column in sorted(set(offered.recorded).difference(chosen.recorded)):
-        yield Part(f"column {recorded[column].name}", False, "no computed channel needs it")
+    yield from _channel_parts(recorded, chosen)
     if settings.step is not None:
         yield Part("every time step", False, f"decided at {rate / settings.hop(rate):.6g} Hz")
     why = f"{settings.width(len(chosen.names), rate)} a time step"
@@ -169,6 +163,23 @@ def recognition_parts(demonstration: Demonstration, settings: Settings) -> Itera
     needed = settings.needs_probabilities
     why = "decoder or threshold need them" if needed else "no filter that is on needs them"
     yield Part("probabilities", needed, why)
+    yield from _setting_parts(settings)
+
+
+def _channel_parts(recorded: Sequence[Channel], chosen: ChannelMap) -> Iterator[Part]:
+    """The channels that are recognised by, and what is left out of the recorded ones."""
+    offered = channel_map(recorded)
+    for name, places in zip(chosen.names, chosen.columns, strict=True):
+        columns = ", ".join(recorded[chosen.recorded[place]].name for place in places)
+        yield Part(f"channel {name}", True, f"from {columns}")
+    for name in (name for name in offered.names if name not in chosen.names):
+        yield Part(f"channel {name}", False, "the settings do not name it")
+    for column in sorted(set(offered.recorded).difference(chosen.recorded)):
+        yield Part(f"column {recorded[column].name}", False, "no computed channel needs it")
+
+
+def _setting_parts(settings: Settings) -> Iterator[Part]:
+    """The settings that are one of several words, and the filters."""
     for field in FIELDS:
         if field.kind in ("flag", "choice") or field.name in ("threshold", "median", "drop"):
             value, why = getattr(settings, field.name), why_not_applied(field.name, vars(settings))

@@ -71,6 +71,7 @@ def run(arguments: argparse.Namespace) -> None:
         time=arguments.time,
         counter=arguments.counter,
         leave_out=tuple(arguments.leave_out),
+        units=tuple(arguments.unit),
         signals=tuple(arguments.signal),
         jitter=arguments.jitter,
     )

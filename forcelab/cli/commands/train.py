@@ -22,7 +22,7 @@ from forcelab.cli.settings_options import add_settings, choice_from, settings_fr
 from forcelab.io import write_atomically
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.recognition.experiments import train_tasks_job
+from forcelab.recognition.project_runs import train_tasks_job
 from forcelab.text import counted
 
 #: What the project calls a recogniser that goes to standard output.

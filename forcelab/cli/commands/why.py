@@ -18,8 +18,9 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import Interval
 from forcelab.project import Project
-from forcelab.review.explanation import Explanation, Neighbour, explain_at_job
+from forcelab.review.explanation import Explanation, explain_at_job
 from forcelab.review.run_result import KIND, RunResult, load_run
+from forcelab.review.similar_segments import Neighbour
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

@@ -14,10 +14,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from forcelab.capture.assemble import channels_of_all
+from forcelab.capture.align import channels_of_all
 from forcelab.capture.save import CAPTURES, discard, recover
 from forcelab.errors import InputError
-from forcelab.text import counted
 
 if TYPE_CHECKING:
     from forcelab.capture.device import Device
@@ -45,9 +44,10 @@ ScalogramFactory = Callable[["Recorder", "Sequence[Device]"], "LiveScalogram"]
 
 
 class LiveTrack:
-    """What is recognised while devices are connected, anew from the start of each recording.
+    """What is recognised while devices are connected.
 
-    So that the track of a recording rests on nothing that is not in it, and can be computed again.
+    It begins anew with each recording, so that the track of a recording depends on nothing that is
+    not in it, and can be computed again.
     """
 
     def __init__(self) -> None:
@@ -65,7 +65,7 @@ class LiveTrack:
     def begin(
         self, live: LiveRecognition | None, *, keeping: bool, firsts: Sequence[int] | None = None
     ) -> None:
-        """Recognise with this one from now on, or from the first samples of a recording.
+        """Recognise from now on, or from the first samples of a recording.
 
         None ends it.
         """
@@ -76,7 +76,7 @@ class LiveTrack:
             live.begin(keeping=keeping, after=before, firsts=firsts)
 
     def restart(self, *, keeping: bool, firsts: Sequence[int] | None = None) -> None:
-        """Begin with another one that knows nothing yet, whatever became of the one before.
+        """Begin again with a recogniser in its initial state, whatever became of the one before.
 
         Where that fails, there is no track.
         """
@@ -88,10 +88,13 @@ class LiveTrack:
 
     def fail(self, error: Exception) -> None:
         """Recognise no more until all begins anew; a recording that runs says why."""
-        self._problem = _error_message(error)
+        # Whatever has failed has loaded it.
+        from forcelab.live.recognition import lost_track_sentence
+
+        self._problem = lost_track_sentence(error)
 
     def take_fresh(self) -> LiveRecognition | None:
-        """Another one that knows nothing yet: the spare one where there is one."""
+        """A recogniser in its initial state: the spare one where there is one."""
         spare, self._spare = self._spare, None
         if spare is not None or self._live is None:
             return spare
@@ -99,7 +102,7 @@ class LiveTrack:
 
     @property
     def without_spare(self) -> LiveRecognition | None:
-        """The one of which there is no spare yet.
+        """The recogniser, as long as there is no spare one like it.
 
         Making one takes longer than a person's finger on a key. Whatever does it in advance, with
         :meth:`~forcelab.live.recognition.LiveRecognition.renewed`, needs to hold nothing meanwhile.
@@ -107,7 +110,7 @@ class LiveTrack:
         return self._live if self._spare is None else None
 
     def set_spare(self, spare: LiveRecognition) -> None:
-        """Have one for the next recording; left alone if it is of another recogniser by now."""
+        """Keep a spare for the next recording, unless another recogniser is used by now."""
         if self._live is not None and _are_alike(self._live, spare):
             self._spare = spare
 
@@ -137,28 +140,17 @@ class LiveTrack:
             return replace(recording, remarks=(*recording.remarks, self._problem))
         if self._live is None:
             return recording
+        from forcelab.live.recognition import lost_track_sentence, track_summary  # as above
+
         try:
-            figures = self._live.keep(path, recording)
+            remark = f"{track_summary(self._live.keep(path, recording))}."
         except Exception as error:  # noqa: BLE001 - as above
-            return replace(recording, remarks=(*recording.remarks, _error_message(error)))
-        remark = (
-            f"Recognised by '{figures['author']}': {counted(figures['segments'], 'segment')}, "
-            f"{100 * figures['labelled']:.0f} % labelled."
-        )
+            remark = lost_track_sentence(error)
         return replace(recording, remarks=(*recording.remarks, remark))
 
 
-def _error_message(error: Exception) -> str:
-    """What went wrong with a track; a fault of the program is in the log besides."""
-    if isinstance(error, InputError):
-        return str(error)
-    log.error("A live track is lost.", exc_info=error)
-    fault = f"{type(error).__name__}: {error}"
-    return f"The recogniser failed ({fault}): the recording is kept without its track."
-
-
 def _are_alike(first: LiveRecognition, second: LiveRecognition) -> bool:
-    """Whether two do the same."""
+    """Whether two have the same recogniser and latency."""
     return first.recogniser is second.recogniser and first.latency == second.latency
 
 
@@ -177,7 +169,7 @@ class Connection:
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """Of all open devices, as a demonstration of them has them; none while none is open."""
+        """The channels that a demonstration of all open devices has; none while none is open."""
         devices = () if self.recorder is None else self._devices
         return channels_of_all([device.channels for device in devices])
 

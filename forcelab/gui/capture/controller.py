@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
-from forcelab.capture.assemble import LiveMarks
 from forcelab.capture.discovery import LIST_HINT
+from forcelab.capture.live_marks import LiveMarks
 from forcelab.capture.save import next_name, unfinished_journals
 from forcelab.errors import ForcelabError
 from forcelab.gui.capture.connection import (
@@ -25,7 +25,7 @@ from forcelab.gui.capture.connection import (
     discard_recording,
     recover_recordings,
 )
-from forcelab.gui.capture.live_model import LiveModelController
+from forcelab.gui.capture.recognition_controller import RecognitionController
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.shortcuts import keys
@@ -113,7 +113,7 @@ class LastRecording(QObject):
         self.changed.emit()
 
     def forget(self) -> None:
-        """There is nothing to discard any more."""
+        """Forget the recording, which cannot be discarded any more."""
         self._timer.stop()
         existed, self.recording, self.path = self.recording is not None, None, None
         if existed:
@@ -149,8 +149,8 @@ class CaptureController(QObject):
         #: The time of the last tick, on the host's monotonic clock.
         self.now = 0.0
         self.connection = Connection()
-        self.live_model = LiveModelController(self.connection, document, jobs, self)
-        self.changed.connect(lambda: self.live_model.set_connected(self.connected))
+        self.recognition = RecognitionController(self.connection, document, jobs, self)
+        self.changed.connect(lambda: self.recognition.set_connected(self.connected))
         #: Of the recording that runs or ran last.
         self.marks = LiveMarks()
         #: Of the next recording; without a name it gets the task and the next number.
@@ -188,7 +188,7 @@ class CaptureController(QObject):
 
     @property
     def recording_name(self) -> str:
-        """Of the recording that runs, or is not kept yet; else empty."""
+        """The name of the recording that runs or is not kept yet; else empty."""
         unsaved = self.phase in (CaptureState.RECORDING, CaptureState.UNSAVED)
         return self.recorder.name if unsaved and self.recorder is not None else ""
 
@@ -211,7 +211,7 @@ class CaptureController(QObject):
     @property
     def display_vocabulary(self) -> Vocabulary:
         """The task's actions, and those that the recogniser knows besides."""
-        loaded = self.live_model.loaded
+        loaded = self.recognition.loaded
         if loaded is None:
             return self.vocabulary
         return self.vocabulary.with_actions(*loaded.recogniser.actions, like=self._other_actions)
@@ -219,7 +219,7 @@ class CaptureController(QObject):
     def set_visible(self, visible: bool) -> None:
         """Tick 30 times a second, or only look after alarms."""
         self._timer.setInterval(FRAME_MS if visible else HIDDEN_MS)
-        self.live_model.visible = visible
+        self.recognition.visible = visible
 
     def add_message(self, message: str, problem: bool = False) -> None:
         """Show a message on the page and in the status line."""

@@ -23,6 +23,7 @@ from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import NUMBER, Axis, labels, ticks
 from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.figures.tracks import FadeOverlay, fade_overlays, paint_track
+from forcelab.gui.kit import text_size
 from forcelab.gui.kit.plot import PlotView, ValueAxis
 from forcelab.gui.kit.traces import Trace, column_edges
 from forcelab.gui.label.lanes import (
@@ -157,12 +158,26 @@ class LivePlot(PlotView):
 
     def _ticked(self) -> None:
         if self.isVisible():
-            self.update(QRect(GUTTER, 0, self.width() - GUTTER, self.height()))
+            self.update(QRect(gutter(), 0, self.width() - gutter(), self.height()))
+
+
+def gutter() -> int:
+    """Pixels left of the seconds."""
+    return round(text_size.pixels(GUTTER))
 
 
 def plot_width(width: float) -> float:
     """Pixels of the seconds in a view of a width."""
-    return max(width - GUTTER - RIGHT, 50.0)
+    return max(width - gutter() - RIGHT, 50.0)
+
+
+def _ruler_height() -> int:
+    return round(text_size.pixels(RULER))
+
+
+def _row_height() -> int:
+    """Pixels of a row of labels."""
+    return round(text_size.pixels(ROW_HEIGHT))
 
 
 def lane_ticks(low: float, high: float, height: float) -> tuple[float, tuple[float, ...]]:
@@ -171,7 +186,7 @@ def lane_ticks(low: float, high: float, height: float) -> tuple[float, tuple[flo
     `low` and `high` are the ends of a lane's axis, `height` is in pixels.
     """
     power, pixel = math.ceil(math.log10(high - low)), (high - low) / height
-    room = min(NUMBER + BREATH, 0.8 * height) * pixel
+    room = min(text_size.pixels(NUMBER) + BREATH, 0.8 * height) * pixel
     while True:
         for step in (5 * 10.0**power, 2 * 10.0**power, 10.0**power):
             values = ticks(low, high, step)
@@ -184,7 +199,7 @@ class LiveAxis(LaneAxis):
     """The axis of a lane: two numbers at least, all of them inside of it, and the latest value."""
 
     def __init__(self, values: Callable[[], Values]) -> None:
-        super().__init__(GUTTER - APART, values, NUMBERS)
+        super().__init__(gutter() - APART, values, text_size.pixels(NUMBERS))
         self.setStyle(hideOverlappingLabels=False, tickLength=3)
 
     def tickValues(
@@ -240,7 +255,7 @@ class LiveView(LivePlot):
         self._ruler.setStyle(hideOverlappingLabels=False, maxTextLevel=0, tickLength=-4)
         self._ruler.setRange(-SECONDS, 0.0)
         self.addItem(self._ruler)
-        controller.live_model.changed.connect(self._changed)  # it has a row, or none
+        controller.recognition.changed.connect(self._changed)  # it has a row, or none
         self._changed()
 
     # Where things are
@@ -248,23 +263,24 @@ class LiveView(LivePlot):
     @property
     def plot(self) -> QRectF:
         """The area of the lanes, in pixels of the widget."""
-        below = self._rows_height + RULER
-        return QRectF(GUTTER, 0, plot_width(self.width()), max(self.height() - below, 1))
+        below = self._rows_height + _ruler_height()
+        return QRectF(gutter(), 0, plot_width(self.width()), max(self.height() - below, 1))
 
     @property
     def _rows_height(self) -> int:
         """Pixels of all rows: the prediction has one only while a recogniser is chosen."""
-        return ROW_HEIGHT * (2 if self._controller.live_model.selection is not None else 1)
+        return _row_height() * (2 if self._controller.recognition.selection is not None else 1)
 
     def sizeHint(self) -> QSize:
         """Room for six lanes."""
-        return QSize(520, 6 * 56 + ROW_HEIGHT + RULER)
+        return QSize(520, 6 * 56 + _row_height() + _ruler_height())
 
     def minimumSizeHint(self) -> QSize:
         """The least room for the present lanes."""
         groups = {group_of(channel.name) for channel in self._channels}
-        room = max(len(self._channels), 4) * LEAST_LANE + len(groups) * int(LANE_GAP)
-        return QSize(280, room + self._rows_height + RULER)
+        lane = round(text_size.pixels(LEAST_LANE))
+        room = max(len(self._channels), 4) * lane + len(groups) * int(LANE_GAP)
+        return QSize(280, room + self._rows_height + _ruler_height())
 
     def place(self) -> None:
         """Lay out a lane for each channel, with its axis and its curve, and the ruler."""
@@ -278,8 +294,10 @@ class LiveView(LivePlot):
         for lane in self._lanes:
             trace = self.traces[lane.channels[0]]
             trace.box.setGeometry(QRectF(plot.left(), lane.top, plot.width(), lane.height))
+            trace.axis.set_room(gutter() - APART, text_size.pixels(NUMBERS))
             trace.axis.show_lane(lane, self._channels)
-        self._ruler.setGeometry(plot.left(), self.height() - RULER, plot.width(), RULER)
+        high = _ruler_height()
+        self._ruler.setGeometry(plot.left(), self.height() - high, plot.width(), high)
         self._ruler.setVisible(bool(self._lanes))
         self.now, self._drawn = 0.0, None
         self.invalidate()
@@ -353,7 +371,7 @@ class LiveView(LivePlot):
         theme, plot = colours(), self.plot
         if not self._lanes:
             return
-        painter.fillRect(QRectF(0, 0, GUTTER, self.height()), QColor(theme.panel))
+        painter.fillRect(QRectF(0, 0, gutter(), self.height()), QColor(theme.panel))
         paint_groups(painter, self._lanes)
         painter.setPen(QPen(QColor(theme.grid), 1))
         for lane in self._lanes:
@@ -362,8 +380,9 @@ class LiveView(LivePlot):
                 y = round(lane.bottom + low / (high - low) * lane.height) + 0.5
                 painter.drawLine(QLineF(plot.left(), y, plot.right(), y))
         paint_borders(painter, self._lanes, plot)
-        face, ink, y = text.font(NUMBER), QColor(theme.muted), self.height() - RULER + 10.0
-        text.draw_text(painter, GUTTER - 20, y, "s", face=face, ink=ink, align=1.0)
+        face, ink = text_size.font(NUMBER), QColor(theme.muted)
+        y = self.height() - text_size.pixels(RULER - 10)
+        text.draw_text(painter, gutter() - 20, y, "s", face=face, ink=ink, align=1.0)
 
     def paint_foreground(self, painter: QPainter) -> None:
         """Draw rows of labels, the countdown, and what to do while nothing is connected."""
@@ -403,12 +422,12 @@ class LiveView(LivePlot):
 
     def _paint_rows(self, painter: QPainter, plot: QRectF, axis: Axis) -> None:
         """Draw the rows of marks and predictions below the lanes."""
-        live_model, marks = self._controller.live_model, self._controller.marks
-        box = QRectF(plot.left(), plot.bottom() + 1, plot.width(), ROW_HEIGHT - 2)
+        recognition, marks = self._controller.recognition, self._controller.marks
+        box = QRectF(plot.left(), plot.bottom() + 1, plot.width(), _row_height() - 2)
         self._paint_row(painter, "Marks", box, axis, marks.track(axis.end, axis.start))
-        if live_model.selection is None:
+        if recognition.selection is None:
             return
-        box, snapshot = box.translated(0, ROW_HEIGHT), live_model.track.snapshot
+        box, snapshot = box.translated(0, _row_height()), recognition.track.snapshot
         if snapshot is None:
             self._paint_row(painter, "Predicted", box, axis, [])
             return
@@ -417,7 +436,7 @@ class LiveView(LivePlot):
         if snapshot.probability_trace is not None:
             fading = fade_overlays(snapshot.probability_trace, tuple(segments), axis, box)
         self._paint_row(painter, "Predicted", box, axis, segments, fading)
-        live_model.record_painted(snapshot.until)
+        recognition.record_painted(snapshot.until)
         until = snapshot.until
         if math.isnan(until) and segments:  # begun anew: what was said before stays
             until = segments[-1].end
@@ -445,5 +464,5 @@ class LiveView(LivePlot):
         painter.setClipRect(box)
         paint_track(painter, box, axis, segments, styles=styles, theme=theme, fades=fading)
         painter.restore()
-        face, ink = text.font(NAME), QColor(colours().muted)
+        face, ink = text_size.font(NAME), QColor(colours().muted)
         text.draw_text(painter, NAMES_LEFT, box.center().y(), name, face=face, ink=ink)

@@ -16,10 +16,11 @@ from PySide6.QtWidgets import QWidget
 from forcelab.errors import ForcelabError
 from forcelab.gui import settings
 from forcelab.gui.capture.controller import CaptureController
-from forcelab.gui.capture.live_plot import APART, GUTTER, SECONDS, LivePlot, Real, plot_width
+from forcelab.gui.capture.live_plot import APART, SECONDS, LivePlot, Real, gutter, plot_width
 from forcelab.gui.figures import text
 from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.kit import text_size
 from forcelab.gui.kit.plot import BoxItem, draw_plate
 from forcelab.gui.label.scalogram_painting import (
     FOURIER_FACTOR,
@@ -66,9 +67,9 @@ class EstimatedRegion(BoxItem):
         painter.setPen(pen)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawPolyline(QPolygonF(edge))
-        line, face, right = "estimated", text.font(), plot.right() - 6
+        line, face, right = "estimated", text_size.font(), plot.right() - 6
         if plot.right() - edge[-1].x() > text.width(line, face) + 16:
-            y = plot.bottom() - 11
+            y = plot.bottom() - text_size.pixels(11)
             text.draw_text(painter, right, y, line, face=face, ink=QColor(theme.text), align=1.0)
 
 
@@ -94,7 +95,7 @@ class LiveScalogramView(LivePlot):
         self._estimated = EstimatedRegion(self.box)
         self._frequencies = FrequencyAxis(free=6.0)
         self._frequencies.setStyle(tickLength=3)
-        self._frequencies.setWidth(GUTTER - APART)
+        self._frequencies.setWidth(gutter() - APART)
         self._frequencies.linkToView(self.box)
         self.addItem(self._frequencies)
         self.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
@@ -137,7 +138,7 @@ class LiveScalogramView(LivePlot):
     @property
     def plot(self) -> QRectF:
         """The area of the picture: as wide as the live view, which may have a scroll bar."""
-        return QRectF(GUTTER, 0, plot_width(self._live_view.width()), self.height() - 2)
+        return QRectF(gutter(), 0, plot_width(self._live_view.width()), self.height() - 2)
 
     def follow(self) -> None:
         """Put the picture where its time is now."""
@@ -147,7 +148,8 @@ class LiveScalogramView(LivePlot):
         if strip is None:
             return
         self.box.setGeometry(plot)
-        self._frequencies.setGeometry(QRectF(0, 0, GUTTER - APART, plot.height()))
+        self._frequencies.setWidth(gutter() - APART)
+        self._frequencies.setGeometry(QRectF(0, 0, gutter() - APART, plot.height()))
         # Rows are as high as their distance.
         half = math.sqrt(strip.hertz[0] / strip.hertz[1])
         top, bottom = (
@@ -168,7 +170,7 @@ class LiveScalogramView(LivePlot):
 
     def paint_background(self, painter: QPainter) -> None:
         """Draw the gutter with the legend of the colours."""
-        painter.fillRect(QRectF(0, 0, GUTTER, self.height()), QColor(colours().panel))
+        painter.fillRect(QRectF(0, 0, gutter(), self.height()), QColor(colours().panel))
         strip, bar = self.strip, QRectF(8.5, 8.5, 6, self.plot.height() - 18)
         if strip is not None and bar.height() >= 40:
             ends = amount_text(10**strip.low), amount_text(10**strip.high)

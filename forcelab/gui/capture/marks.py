@@ -11,7 +11,7 @@ from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QApplication, QLabel, QWidget
 
-from forcelab.capture.assemble import AUTOREPEAT_SECONDS
+from forcelab.capture.live_marks import AUTOREPEAT_SECONDS
 from forcelab.gui.capture.controller import CaptureController
 from forcelab.gui.figures.text import NAMES
 from forcelab.gui.key_events import AutoRepeatFilter, KeyEventFilter, action_key, is_typing

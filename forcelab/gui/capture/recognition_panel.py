@@ -11,16 +11,17 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette
 from PySide6.QtWidgets import QCheckBox, QLabel, QSizePolicy, QSpinBox, QVBoxLayout, QWidget
 
 from forcelab.gui.capture.controller import CaptureController
-from forcelab.gui.capture.live_model import (
+from forcelab.gui.capture.recognition_controller import (
     LATENCIES,
     STREAM,
-    LiveModelController,
     LoadedRecogniser,
     RecogniserSelection,
+    RecognitionController,
     can_send,
 )
 from forcelab.gui.figures import text
 from forcelab.gui.file_dialogs import ask_file
+from forcelab.gui.kit import text_size
 from forcelab.gui.label.swatches import paint_swatch, style_of
 from forcelab.gui.layout import fill_layout, set_enabled_with_reason
 from forcelab.gui.theme import colours, themes
@@ -56,11 +57,12 @@ class CurrentAction(QWidget):
 
     def sizeHint(self) -> QSize:
         """As high as the bars need, within bounds."""
-        loaded = self._controller.live_model.loaded
+        loaded = self._controller.recognition.loaded
         count = 0 if loaded is None else len(loaded.recogniser.actions)
-        columns = max(1, (max(self.width(), 480) - LARGE) // CELL)
+        row, cell, large = (round(text_size.pixels(length)) for length in (ROW, CELL, LARGE))
+        columns = max(1, (max(self.width(), 480) - large) // cell)
         rows = min(max(-(-count // columns), FEWEST), MOST)
-        return QSize(480, rows * ROW + 2)
+        return QSize(480, rows * row + 2)
 
     def minimumSizeHint(self) -> QSize:
         """Narrow, but as high as it is."""
@@ -74,10 +76,10 @@ class CurrentAction(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the action and the bars."""
         with QPainter(self) as painter:
-            snapshot = self._controller.live_model.track.snapshot
+            snapshot = self._controller.recognition.track.snapshot
             action = "" if snapshot is None or not self._controller.connected else snapshot.action
             self._set_accessible_text(action)
-            loaded = self._controller.live_model.loaded
+            loaded = self._controller.recognition.loaded
             probabilities = snapshot.probabilities if snapshot is not None else ()
             self._paint_action(painter, action, self.decision_note(action, probabilities))
             if loaded is not None:
@@ -89,7 +91,7 @@ class CurrentAction(QWidget):
         `action` is empty where the label is unlabelled; `probabilities` are those of the
         recogniser's actions, as far as it gives them.
         """
-        loaded = self._controller.live_model.loaded
+        loaded = self._controller.recognition.loaded
         if loaded is None or max(probabilities, default=0.0) <= LIKELY:
             return ""
         if loaded.recogniser.actions[probabilities.index(max(probabilities))] == action:
@@ -104,10 +106,13 @@ class CurrentAction(QWidget):
             self.setAccessibleName(f"Current action: {action or 'unlabelled'}")
 
     def _paint_action(self, painter: QPainter, action: str, explained: str) -> None:
-        box = QRectF(0, 1, LARGE - 16, self.height() - 2)
-        swatch = QRectF(box.left(), box.center().y() - 15, 30, 30)
+        box, side = (
+            QRectF(0, 1, text_size.pixels(LARGE) - 16, self.height() - 2),
+            text_size.pixels(30),
+        )
+        swatch = QRectF(box.left(), box.center().y() - side / 2, side, side)
         theme = colours()
-        face = text.font(22.0, bold=True)
+        face = text_size.font(22.0, bold=True)
         if action:
             paint_swatch(painter, swatch, style_of(self._controller.display_vocabulary, action))
         else:
@@ -117,9 +122,9 @@ class CurrentAction(QWidget):
         room = box.right() - swatch.right() - 10
         label = text.elided(action, face, room) if action else "unlabelled"
         ink = QColor(theme.text if action else theme.muted)
-        face = face if action else text.font(14.0)
+        face = face if action else text_size.font(14.0)
         text.draw_text(painter, swatch.right() + 10, swatch.center().y(), label, face=face, ink=ink)
-        face, below = text.font(10.0), swatch.bottom() + 4
+        face, below = text_size.font(10.0), swatch.bottom() + 4
         label = text.elided(explained, face, room)
         text.draw_text(
             painter, swatch.right() + 10, below, label, face=face, ink=QColor(theme.muted)
@@ -130,21 +135,22 @@ class CurrentAction(QWidget):
     ) -> None:
         """Name, bar and number of each action, in columns."""
         theme, vocabulary = colours(), self._controller.display_vocabulary
-        rows = max(1, (self.height() - 2) // ROW)
-        columns = min(max(1, (self.width() - LARGE) // CELL), -(-len(actions) // rows))
+        row, cell, large = (round(text_size.pixels(length)) for length in (ROW, CELL, LARGE))
+        rows = max(1, (self.height() - 2) // row)
+        columns = min(max(1, (self.width() - large) // cell), -(-len(actions) // rows))
         rows = min(rows, -(-len(actions) // columns))  # all columns of like height
-        width = min((self.width() - LARGE) / columns, WIDEST)
-        begin = (self.height() - rows * ROW) / 2
-        face = text.font(10.0)
+        width = min((self.width() - large) / columns, text_size.pixels(WIDEST))
+        begin = (self.height() - rows * row) / 2
+        face = text_size.font(10.0)
         number = text.width("100 %", face) + 14
         named = min(text.widest(actions, face) + 8, 0.55 * (width - number))
         for i, action in enumerate(actions[: rows * columns]):
-            left, top = LARGE + (i // rows) * width, begin + (i % rows) * ROW
+            left, top = large + (i // rows) * width, begin + (i % rows) * row
             share = probabilities[i] if i < len(probabilities) else 0.0
-            middle = top + ROW / 2
+            middle = top + row / 2
             name = text.elided(action, face, named - 4)
             text.draw_text(painter, left, middle, name, face=face, ink=QColor(theme.text))
-            bar = QRectF(left + named, top + 4, width - named - number - 4, ROW - 8)
+            bar = QRectF(left + named, top + 4, width - named - number - 4, row - 8)
             painter.fillRect(bar, QColor(theme.grid))
             style = style_of(vocabulary, action)
             full = QRectF(bar.left(), bar.top(), bar.width() * share, bar.height())
@@ -178,40 +184,40 @@ class RecogniserChoice:
         self.latency.setRange(LATENCIES[0], LATENCIES[-1])
         self.latency.setSingleStep(STEP)
         self.latency.setSuffix(" ms")
-        self.latency.setValue(controller.live_model.latency)
+        self.latency.setValue(controller.recognition.latency)
         self.latency.setKeyboardTracking(False)
         self.latency.setAccessibleName("Latency of the labels in milliseconds")
         self.latency.setToolTip(
             "How long a label waits for what follows its force: the longer, the surer"
         )
-        self.latency.valueChanged.connect(controller.live_model.set_latency)
+        self.latency.valueChanged.connect(controller.recognition.set_latency)
         self.send = QCheckBox("Send labels to LSL")
-        self.send.setChecked(controller.live_model.sending)
+        self.send.setChecked(controller.recognition.sending)
         self.send.setToolTip(
             f"Other programs get the action as the stream '{STREAM}' of the Lab Streaming Layer, "
             f"and all probabilities as '{STREAM} probabilities'"
         )
-        self.send.toggled.connect(controller.live_model.set_sending)
+        self.send.toggled.connect(controller.recognition.set_sending)
         self.nothing = QLabel(
             "No recogniser is trained in this project; train one in Review, or choose a file.",
             parent,  # alone it would be a window for a moment
         )
         self.nothing.setWordWrap(True)
         controller.changed.connect(self._enable)
-        controller.live_model.changed.connect(self.refresh)
+        controller.recognition.changed.connect(self.refresh)
         self.refresh()
 
     def refresh(self) -> None:
         """Offer what is available now."""
-        live_model = self._controller.live_model
-        self._offered = live_model.available()
+        recognition = self._controller.recognition
+        self._offered = recognition.available()
         self.which.clear()
         self.which.addItem("none")
         for choice in self._offered:
             self.which.addItem(choice.name)
             self.which.setItemData(self.which.count() - 1, choice.about or str(choice.path), TIP)
         self.which.addItem("From a file…")
-        chosen = live_model.selection
+        chosen = recognition.selection
         paths = [selection.path for selection in self._offered]
         self.which.setCurrentIndex(0 if chosen is None else 1 + paths.index(chosen.path))
         self.which.setToolTip(self.which.currentData(TIP) or "")
@@ -223,7 +229,7 @@ class RecogniserChoice:
         has_project = self._controller.document.project is not None
         closed = "" if has_project else "Open or make a project first; its recognisers are listed."
         set_enabled_with_reason(self.which, obstacle or closed)
-        none = self._controller.live_model.selection is None
+        none = self._controller.recognition.selection is None
         set_enabled_with_reason(self.latency, obstacle or none * "Choose a recogniser first.")
         lacking = "" if can_send() else "Install it first: pip install 'forcelab[lsl]'."
         set_enabled_with_reason(
@@ -234,9 +240,9 @@ class RecogniserChoice:
     def _chosen(self, row: int) -> None:
         """Take what was chosen in the list."""
         if 1 <= row <= len(self._offered):
-            self._controller.live_model.select(self._offered[row - 1])
+            self._controller.recognition.select(self._offered[row - 1])
         elif row == 0:
-            self._controller.live_model.select(None)
+            self._controller.recognition.select(None)
         else:
             self._ask()
         self.refresh()
@@ -245,7 +251,7 @@ class RecogniserChoice:
         """Let a file be chosen."""
         path = ask_file(self._parent, "Recogniser", "recogniser", "Recognisers (*.skops)")
         if path is not None:
-            self._controller.live_model.select(RecogniserSelection(path.stem, path))
+            self._controller.recognition.select(RecogniserSelection(path.stem, path))
 
 
 #: Seconds between two texts, and early scales that are named one by one.
@@ -268,16 +274,16 @@ class RecognitionPanel(QWidget):
         fill_layout(QVBoxLayout(self), *parts, margins=(8, 4, 8, 2), spacing=3)
         controller.ticked.connect(self._ticked)
         controller.changed.connect(self.refresh)
-        controller.live_model.changed.connect(self.refresh)
+        controller.recognition.changed.connect(self.refresh)
         themes().changed.connect(self.refresh)
         self.refresh()
 
     def refresh(self) -> None:
-        live_model = self._controller.live_model
-        self.setVisible(live_model.selection is not None)
-        if live_model.selection is None:
+        recognition = self._controller.recognition
+        self.setVisible(recognition.selection is not None)
+        if recognition.selection is None:
             return
-        loaded, trouble = live_model.loaded, live_model.problem
+        loaded, trouble = recognition.loaded, recognition.problem
         if trouble:
             _show(self.budget_label, trouble, colours().trouble)
         elif loaded is None:
@@ -297,7 +303,9 @@ class RecognitionPanel(QWidget):
     def _measure(self) -> None:
         self._measured_shown_at = self._controller.now
         connected = self._controller.connected
-        line = measured_text(self._controller.live_model, self._controller.now) if connected else ""
+        line = (
+            measured_text(self._controller.recognition, self._controller.now) if connected else ""
+        )
         _show(self.measurements, line, colours().text)
 
 
@@ -333,11 +341,11 @@ def _window_budget_text(budget: LatencyBudget) -> str:
     return f"{sentence} {cost}"
 
 
-def measured_text(live_model: LiveModelController, now: float) -> str:
+def measured_text(recognition: RecognitionController, now: float) -> str:
     """What live recognition costs, and how late its labels are on the screen."""
-    snapshot, delays = live_model.track.snapshot, live_model.delays
+    snapshot, delays = recognition.track.snapshot, recognition.delays
     if snapshot is None or math.isnan(snapshot.until):
-        if live_model.loaded is None or live_model.problem:
+        if recognition.loaded is None or recognition.problem:
             return ""
         return "Waiting for samples…"
     parts = []

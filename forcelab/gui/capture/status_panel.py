@@ -36,14 +36,14 @@ class StatusPanel(QWidget):
         controller.ticked.connect(self._ticked)
         controller.changed.connect(self.refresh)
         controller.messages_changed.connect(self.refresh)
-        controller.live_model.changed.connect(self.refresh)
+        controller.recognition.changed.connect(self.refresh)
         themes().changed.connect(self._colour)
         self._colour()
         self.refresh()
 
     def refresh(self) -> None:
         state = self._shown_state = self._controller.state
-        remarks = [f"\N{WARNING SIGN} {remark}" for remark in self._controller.live_model.remarks]
+        remarks = [f"\N{WARNING SIGN} {remark}" for remark in self._controller.recognition.remarks]
         alarms = [] if state is None else [*device_alarms(state), *remarks]
         show_text(self.alarms, "\n".join(alarms))
         facts = []

@@ -251,7 +251,7 @@ class NextRecording(QWidget):
             self.name.setPlaceholderText(self._controller.next_name())
 
     def _project_changed(self) -> None:
-        """Another project has other tasks."""
+        """List the tasks of another project."""
         self.task.setCurrentText("")
         self.list_tasks()
 
@@ -451,7 +451,7 @@ class CaptureWorkspace(QWidget):
     # What is shown
 
     def _project_changed(self) -> None:
-        """Another project: its tasks, its unfinished recordings."""
+        """Show the recognisers and the unfinished recordings of another project."""
         self.recogniser.refresh()
         if self._was_shown:
             self.controller.find_unfinished()

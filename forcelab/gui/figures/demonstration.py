@@ -18,7 +18,7 @@ from forcelab.gui.figures.tracks import LabelStyle, Legend, paint_track, styles_
 from forcelab.gui.theme import LIGHT, Colours
 from forcelab.jobs import finish
 from forcelab.labels import Track
-from forcelab.runs import marked_runs
+from forcelab.sample_runs import marked_runs
 from forcelab.signals.minmax import Columns, Envelope, Extremes, drawn_together, read_envelopes
 from forcelab.vocabulary import Vocabulary
 

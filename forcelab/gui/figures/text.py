@@ -7,9 +7,11 @@ SVG, in PDF and in PNG. Every width is measured, never guessed.
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Iterable
 from functools import cache, lru_cache
+from itertools import takewhile
 
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import (
@@ -109,7 +111,8 @@ def elided_name(name: str, face: QFont, room: float, among: tuple[str, ...] = ()
     """A name cut to `room` pixels, as of :data:`NAMES`.
 
     Where that would make it look like another one of `among`, as ``insert left peg`` may beside
-    ``insert right peg``, it is cut at its end or its beginning if that helps.
+    ``insert right peg``, it is cut at its end or its beginning if that helps; else the words that
+    another one begins with too become initials: ``left force x, zeroed`` may be ``l f x, ze…``.
     """
     metrics, full = QFontMetricsF(face), printable(name)
     if metrics.horizontalAdvance(full) <= room:
@@ -121,7 +124,28 @@ def elided_name(name: str, face: QFont, room: float, among: tuple[str, ...] = ()
         cut = metrics.elidedText(full, mode, room)
         if cut not in (metrics.elidedText(other, mode, room) for other in others):
             return cut
+    short = _abbreviated(full, tuple(others))
+    if short != full:
+        return metrics.elidedText(short, Qt.TextElideMode.ElideRight, room)
     return metrics.elidedText(full, NAMES, room)
+
+
+#: Between the words of a name, and one of these words.
+_SEPARATED, _WORD = re.compile(r"[ _./-]+"), re.compile(r"([^ _./-])[^ _./-]*")
+
+
+@lru_cache(maxsize=1024)
+def _abbreviated(name: str, others: tuple[str, ...]) -> str:
+    """The name with initials for the words with which another name begins too."""
+    common = max((common_letters(name, other) for other in others), default=0)
+    ends = [match.end() for match in _SEPARATED.finditer(name) if match.end() <= common]
+    head = ends[-1] if ends else 0
+    return _WORD.sub(r"\1", name[:head]) + name[head:]
+
+
+def common_letters(a: str, b: str) -> int:
+    """How many letters two names begin with alike."""
+    return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(a, b, strict=False)))
 
 
 def draw_text(

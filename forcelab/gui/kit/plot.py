@@ -43,6 +43,7 @@ from forcelab.gui.figures.axes import NUMBER, paint_names
 from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.figures.figure import Figure
 from forcelab.gui.file_dialogs import ask_picture
+from forcelab.gui.kit import text_size
 from forcelab.gui.theme import colours, themes
 
 # Moves of the mouse come as often as the system sends them: a cursor is dragged by them.
@@ -69,6 +70,7 @@ class PlotView(pg.GraphicsView):
         self._complete = True
         self._pointer: QPointF | None = None
         self._has_readout = False
+        self._text_scale = text_size.scale()
         #: What is being drawn, in pixels of the view; nothing need be drawn beyond it.
         self.exposed = QRectF()
         self.setCentralItem(None)
@@ -112,6 +114,9 @@ class PlotView(pg.GraphicsView):
         """Draw again when fonts or the palette change."""
         styled = event.type() in (QEvent.Type.FontChange, QEvent.Type.PaletteChange)
         if styled and self._complete:  # its own constructor sets a palette
+            if self._text_scale != text_size.scale():
+                self._text_scale = text_size.scale()
+                self.fit_text()
             self.invalidate()
         elif event.type() == QEvent.Type.EnabledChange:
             for item in self.scene().items():
@@ -124,6 +129,14 @@ class PlotView(pg.GraphicsView):
         if event is not None:  # as its constructor has it
             self.place()
             self.invalidate()
+
+    def fit_text(self) -> None:
+        """Follow another text size."""
+        for item in self.scene().items():
+            if isinstance(item, ValueAxis):
+                item.use_text_size()
+        self.updateGeometry()
+        self.place()
 
     def place(self) -> None:
         """Put the plots where they belong in a view of this size."""
@@ -169,7 +182,7 @@ class PlotView(pg.GraphicsView):
 
     def paint_readout(self, painter: QPainter, pointer: QPointF, sentence: str) -> None:
         """Write beside the pointer, at its other side where there is more room."""
-        painter.setFont(text.font(NUMBER))
+        painter.setFont(text_size.font(NUMBER))
         room = QRectF(0, 0, self.width() - 2 * PADDING, self.height())
         box = painter.boundingRect(room, Qt.TextFlag.TextWordWrap, sentence)
         box = box.adjusted(0, 0, 2 * PADDING, 2 * PADDING)
@@ -294,7 +307,9 @@ def scaled_lines(scene: QGraphicsScene, width: float, size: float) -> Iterator[N
 
 def plate_box(line: str) -> QRectF:
     """A box with room for a line of small letters."""
-    return QRectF(0, 0, text.width(line, text.font(NUMBER)) + 3 * PADDING, 16)
+    return QRectF(
+        0, 0, text.width(line, text_size.font(NUMBER)) + 3 * PADDING, text_size.pixels(16)
+    )
 
 
 def draw_plate(
@@ -321,7 +336,7 @@ def draw_plate(
     painter.setPen(Qt.PenStyle.NoPen if quiet else QPen(QColor(theme.frame), 1.0))
     painter.setBrush(translucent(theme.panel, 0.75 if quiet else 0.94))
     painter.drawRoundedRect(box.adjusted(0.5, 0.5, -0.5, -0.5), 3, 3)
-    face, ink = text.font(NUMBER), QColor(theme.muted if quiet else theme.text)
+    face, ink = text_size.font(NUMBER), QColor(theme.muted if quiet else theme.text)
     line, left = text.elided(line, face, box.width() - 2 * PADDING), box.left() + 1.5 * PADDING
     text.draw_text(painter, left, box.center().y(), line, face=face, ink=ink)
     painter.restore()
@@ -333,12 +348,14 @@ class ValueAxis(pg.AxisItem):
     def __init__(self, side: str, title: str = "") -> None:
         super().__init__(side)
         self.setLabel(title)
-        self.label.setFont(text.font(NUMBER))
         self.enableAutoSIPrefix(False)
-        self.setStyle(
-            tickFont=text.font(NUMBER), tickTextOffset=3, hideOverlappingLabels=True, maxTickLevel=1
-        )
+        self.setStyle(tickTextOffset=3, hideOverlappingLabels=True, maxTickLevel=1)
+        self.use_text_size()
         self.restyle()
+
+    def use_text_size(self) -> None:
+        self.label.setFont(text_size.font(NUMBER))
+        self.setStyle(tickFont=text_size.font(NUMBER))
 
     def restyle(self) -> None:
         theme = colours()
@@ -371,7 +388,8 @@ class ValueAxis(pg.AxisItem):
     def boundingRect(self) -> QRectF:
         """With room for numbers at the ends, which pyqtgraph leaves out beside a grid."""
         rect = super().boundingRect()
-        return rect.adjusted(-NUMBER, -NUMBER, NUMBER, NUMBER) if self.grid else rect
+        room = text_size.pixels(NUMBER)
+        return rect.adjusted(-room, -room, room, room) if self.grid else rect
 
     def paint(
         self, p: QPainter, opt: QStyleOptionGraphicsItem, widget: QWidget | None = None
@@ -407,7 +425,7 @@ class ValueAxis(pg.AxisItem):
     ) -> list[tuple[float, list[float]]]:
         """Whole multiples of powers of ten, or 1, 2 and 5 times these, or fewer as they crowd."""
         decade = size / max(maxVal - minVal, 1e-9)
-        room = NUMBER * (1.6 if self.orientation in ("left", "right") else 4.0)
+        room = text_size.pixels(NUMBER) * (1.6 if self.orientation in ("left", "right") else 4.0)
         choices = ((range(1, 10), 10 / 9), ((1, 2, 5), 2.0))
         digits = next(
             (digits for digits, step in choices if decade * math.log10(step) >= room), (1,)
@@ -466,7 +484,8 @@ class Plot(PlotView):
     @property
     def margins(self) -> tuple[float, float, float, float]:
         """Pixels left of the box, above, right and below, for the axes' numbers and titles."""
-        return self.MARGINS
+        left, top, right, bottom = map(text_size.pixels, self.MARGINS)
+        return left, top, right, bottom
 
     @property
     def area(self) -> QRectF:
@@ -551,8 +570,11 @@ class Plot(PlotView):
 
     def drawForeground(self, painter: QPainter, rect: QRectF) -> None:
         if self.legend:
-            x, y = self.area.left(), self.area.top() - NUMBER
-            paint_names(painter, x, y, self.legend, colours())
+            painter.save()
+            painter.translate(self.area.left(), self.area.top() - text_size.pixels(NUMBER))
+            painter.scale(text_size.scale(), text_size.scale())
+            paint_names(painter, 0, 0, self.legend, colours())
+            painter.restore()
         super().drawForeground(painter, rect)
 
     def paint_focus(self, painter: QPainter) -> None:

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import QApplication, QSizePolicy
 from forcelab.gui.document import Document
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.colormap import translucent
+from forcelab.gui.kit import text_size
 from forcelab.gui.kit.plot import PlotView
 from forcelab.gui.theme import colours
 
@@ -36,21 +37,27 @@ TimeSpan = tuple[float, float]
 class TimeView(PlotView):
     """Shows time from left to right, between a gutter and a margin."""
 
-    #: Pixels left of the time axis, for names and vertical axes; and right of it.
-    GUTTER: ClassVar[int] = 88
+    #: Pixels right of the time axis.
     RIGHT: ClassVar[int] = 8
 
     def __init__(self, document: Document) -> None:
         super().__init__()
         self.document = document
+        # What changes is marked by its panel; Qt would paint again whatever items move in a paint.
+        self.setViewportUpdateMode(self.ViewportUpdateMode.NoViewportUpdate)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         document.demonstration_changed.connect(self.invalidate)
 
     @property
+    def gutter(self) -> int:
+        """Pixels left of the time axis, for names and vertical axes."""
+        return round(text_size.pixels(88))
+
+    @property
     def plot(self) -> QRectF:
         """The area of the time axis, in pixels of the widget."""
-        width = max(self.width() - self.GUTTER - self.RIGHT, 1)
-        return QRectF(self.GUTTER, 0.0, width, self.height())
+        width = max(self.width() - self.gutter - self.RIGHT, 1)
+        return QRectF(self.gutter, 0.0, width, self.height())
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Zoom; with Shift, or by a sideways wheel, pan."""
@@ -137,11 +144,11 @@ class TimePanel(TimeView):
 
     def x_at(self, time: float) -> float:
         """The pixel of a time in seconds."""
-        return self.GUTTER + (time - self.document.view.start) / self.seconds_per_pixel
+        return self.gutter + (time - self.document.view.start) / self.seconds_per_pixel
 
     def time_at(self, x: float) -> float:
         """The time in seconds of a pixel; it may lie outside the demonstration."""
-        return self.document.view.start + (x - self.GUTTER) * self.seconds_per_pixel
+        return self.document.view.start + (x - self.gutter) * self.seconds_per_pixel
 
     # What a panel draws
 
@@ -161,7 +168,7 @@ class TimePanel(TimeView):
         painter.setClipRect(self.plot)
         self.paint_content(painter, self.plot)
         painter.restore()
-        self.paint_gutter(painter, QRectF(0, 0, self.GUTTER, self.height()))
+        self.paint_gutter(painter, QRectF(0, 0, self.gutter, self.height()))
 
     def paint_foreground(self, painter: QPainter) -> None:
         # All that has moved since the last time was marked for this one.
@@ -288,11 +295,11 @@ class TimePanel(TimeView):
         for old, new in zip(before, now, strict=True):
             if old == new:
                 continue
-            around = self.beside_cursor if old is before[0] else LINE
+            around = text_size.pixels(self.beside_cursor) if old is before[0] else LINE
             for span in filter(None, (old, new)):
                 self._update_columns(min(span) - around, max(span) + around)
         if before[0] != now[0] and self.gutter_follows:
-            self.update(QRect(0, 0, self.GUTTER, self.height()))
+            self.update(QRect(0, 0, self.gutter, self.height()))
 
     def _update_columns(self, left: float, right: float) -> None:
         """Update these pixels, over the whole height."""

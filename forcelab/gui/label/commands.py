@@ -120,7 +120,7 @@ def _copy(document: Document, tracks: TrackPanel) -> None:
     authors = tuple(document.other_tracks)
     if len(authors) > 1:
         menu = copy_menu(tracks, document, document.view.cursor)
-        tracks.show_menu(menu, tracks.mapToGlobal(QPoint(tracks.GUTTER, 0)))
+        tracks.show_menu(menu, tracks.mapToGlobal(QPoint(tracks.gutter, 0)))
     for author in authors if len(authors) == 1 else ():
         span = segment_commands.copy_candidates(document, author, document.view.cursor)
         if span is not None:

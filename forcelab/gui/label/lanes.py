@@ -18,6 +18,7 @@ from forcelab.demonstration import Channel
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import NUMBER, Axis
 from forcelab.gui.figures.colormap import translucent
+from forcelab.gui.kit import text_size
 from forcelab.gui.kit.plot import ValueAxis
 from forcelab.gui.kit.time_panel import TimePanel
 from forcelab.gui.kit.traces import curve_ink
@@ -161,16 +162,22 @@ class LaneAxis(ValueAxis):
     def __init__(self, width: float, values: Callable[[], Values], numbers: float = 0.0) -> None:
         self.lane = Lane((), "", "", 0.0, 0.0)
         self._names: dict[int, str] = {}
-        self._left, self._right, self._values = NAMES_LEFT, width - numbers, values
-        self._width = width
+        self._among: tuple[str, ...] = ()
+        self._left, self._values = NAMES_LEFT, values
         super().__init__("left")
+        self.set_room(width, numbers)
+
+    def set_room(self, width: float, numbers: float = 0.0) -> None:
+        """Have a gutter of another width."""
+        self._width, self._right = width, width - numbers
         self.setWidth(width)
 
     def show_lane(self, lane: Lane, channels: Sequence[Channel]) -> None:
         """Stand beside a lane of these of a recording's channels."""
         self.lane = lane
         self._names = {column: channels[column].name for column in lane.channels}
-        self._left = NAMES_BESIDE_BRACKET if lane.group else NAMES_LEFT
+        self._among = tuple(channel.name for channel in channels)
+        self._left = text_size.pixels(NAMES_BESIDE_BRACKET) if lane.group else NAMES_LEFT
         self.setGeometry(QRectF(0, lane.top, self._width, lane.height))
         self.picture = None
         self.update()
@@ -181,7 +188,11 @@ class LaneAxis(ValueAxis):
 
         In a lane that is lower than a number they stand nowhere.
         """
-        return self._lines[0] == 1 and not self._behind_name and self.lane.height > NUMBER
+        return (
+            self._lines[0] == 1
+            and not self._behind_name
+            and self.lane.height > text_size.pixels(NUMBER)
+        )
 
     def taken(self) -> list[QRectF]:
         """Where names and values stand."""
@@ -196,11 +207,11 @@ class LaneAxis(ValueAxis):
 
     def paint_tag(self, painter: QPainter, cursor: float, plot: QRectF) -> None:
         """Write the values at the cursor's pixel, each in the colour of its curve."""
-        lane, face = self.lane, text.font(NUMBER)
+        lane, face, line = self.lane, text_size.font(NUMBER), text_size.pixels(NUMBER) + 2
         values = self._values()
         shown = [(column, self._number(column, values)) for column in lane.channels]
         wide = text.widest((number for _, number in shown), face) + 8
-        high = len(shown) * (NUMBER + 2) + 2
+        high = len(shown) * line + 2
         left = cursor + 5 if cursor + 5 + wide <= plot.right() else cursor - 5 - wide
         top = max(min(lane.top + 1, plot.bottom() - high), plot.top())
         if len(shown) == 1:  # in a low lane: it covers nothing of the next one's
@@ -217,31 +228,32 @@ class LaneAxis(ValueAxis):
         lane, right = self.lane, self._right
         rows, line = self._lines
         muted, alone = QColor(colours().muted), len(lane.channels) == 1
-        size = min(NAME, line)
-        small, number = text.font(min(NUMBER, size)), text.font(NUMBER)
+        high, value_width = text_size.pixels(NUMBER), text_size.pixels(VALUE_WIDTH)
+        size = min(text_size.pixels(NAME), line)
+        small, number = text.font(min(high, size)), text.font(high)
         if lane.unit and not alone:
-            unit = text.elided(lane.unit, small, VALUE_WIDTH)
+            unit = text.elided(lane.unit, small, value_width)
             wide = text.width(unit, small)
-            yield unit, small, muted, QRectF(right - 6 - wide, 2, wide, NUMBER)
+            yield unit, small, muted, QRectF(right - 6 - wide, 2, wide, high)
         for i, column in enumerate(lane.channels):
             y = 1 + line / 2 + i * rows * line
             if y + line / 2 > lane.height + 1:
                 break
             face, ink = text.font(size, bold=True), curve_ink(column, colours())
-            room = right - self._left - (6 if alone else VALUE_WIDTH)
+            room = right - self._left - (6 if alone else value_width)
             if text.width(self._names[column], face) > room:
                 face = small
-            name = text.elided_name(self._names[column], face, room)
+            name = text.elided_name(self._names[column], face, room, self._among)
             used = text.width(name, face)
             yield name, face, ink, QRectF(self._left, y - size / 2, used + 3, size)
             shown = self._number(column, values)
             if rows == 2:
-                below = QRectF(self._left, y + line - NUMBER / 2, VALUE_WIDTH, NUMBER)
+                below = QRectF(self._left, y + line - high / 2, value_width, high)
                 yield shown, number, QColor(colours().text), below
             elif self._behind_name:
-                shown = text.elided(shown, number, VALUE_WIDTH)
-                wide = text.width(shown, number) if values else VALUE_WIDTH
-                behind = QRectF(right - 6 - wide, y - NUMBER / 2, wide, NUMBER)
+                shown = text.elided(shown, number, value_width)
+                wide = text.width(shown, number) if values else value_width
+                behind = QRectF(right - 6 - wide, y - high / 2, wide, high)
                 yield shown, number, QColor(colours().text), behind
             wide = text.width(lane.unit, small)
             if alone and lane.unit and not self._behind_name and used + 5 + wide <= room:
@@ -252,8 +264,9 @@ class LaneAxis(ValueAxis):
     def _lines(self) -> tuple[int, float]:
         """How many lines of text each channel has room for, and the height of one."""
         room = (self.lane.height - 2) / len(self.lane.channels)
-        rows = 2 if room >= 2 * TWO_LINES else 1
-        return rows, max(min(LINE, room / rows), TWO_LINES if rows == 2 else ONE_LINE)
+        line, two_lines, one_line = map(text_size.pixels, (LINE, TWO_LINES, ONE_LINE))
+        rows = 2 if room >= 2 * two_lines else 1
+        return rows, max(min(line, room / rows), two_lines if rows == 2 else one_line)
 
     @property
     def _behind_name(self) -> bool:
@@ -261,8 +274,9 @@ class LaneAxis(ValueAxis):
         rows, line = self._lines
         if rows == 2 or len(self.lane.channels) > 1:
             return False
-        wide = text.width(self._names[self.lane.channels[0]], text.font(min(NAME, line), bold=True))
-        return wide <= self._right - 8 - VALUE_WIDTH - self._left
+        face = text.font(min(text_size.pixels(NAME), line), bold=True)
+        wide = text.width(self._names[self.lane.channels[0]], face)
+        return wide <= self._right - 8 - text_size.pixels(VALUE_WIDTH) - self._left
 
     def _number(self, column: int, values: Values) -> str:
         return number_format(values.get(self._names[column]), self.range[1] - self.range[0])
@@ -270,14 +284,14 @@ class LaneAxis(ValueAxis):
 
 def paint_notes(painter: QPainter, plot: QRectF, notes: Sequence[str], *, at_left: bool) -> None:
     """Write notes on the curves into a corner, one below the other."""
-    face, y = text.font(10), plot.top() + 9
+    face, y, line = text_size.font(10), plot.top() + text_size.pixels(9), text_size.pixels(14)
     ground, ink = translucent(colours().background, 0.9), QColor(colours().muted)
     for note in notes:
         wide = text.width(note, face)
         right = plot.left() + wide + 10 if at_left else plot.right()
-        painter.fillRect(QRectF(right - wide - 10, y - 7, wide + 8, 14), ground)
+        painter.fillRect(QRectF(right - wide - 10, y - line / 2, wide + 8, line), ground)
         text.draw_text(painter, right - 6, y, note, face=face, ink=ink, align=1.0)
-        y += 15
+        y += line + 1
 
 
 def paint_borders(painter: QPainter, lanes: Sequence[Lane], plot: QRectF) -> None:
@@ -293,18 +307,18 @@ def paint_borders(painter: QPainter, lanes: Sequence[Lane], plot: QRectF) -> Non
 
 def paint_groups(painter: QPainter, lanes: Sequence[Lane]) -> None:
     """Draw a bracket along the lanes of each sensor, with its name where there is room."""
-    face = text.font(NUMBER)
+    face, left = text_size.font(NUMBER), round(text_size.pixels(15)) + 0.5
     for group, members in groupby(lanes, key=lambda lane: lane.group):
         strips = list(members)
         top, bottom = strips[0].top + 3, strips[-1].bottom - 3
-        if not group or bottom - top < NUMBER:
+        if not group or bottom - top < text_size.pixels(NUMBER):
             continue
         painter.setPen(QPen(QColor(colours().frame), 1.0))
         painter.drawLines(
             [
-                QLineF(15.5, top, 15.5, bottom),
-                QLineF(15.5, top, 18.0, top),
-                QLineF(15.5, bottom, 18.0, bottom),
+                QLineF(left, top, left, bottom),
+                QLineF(left, top, left + 2.5, top),
+                QLineF(left, bottom, left + 2.5, bottom),
             ]
         )
         # A letter alone is hard to read upwards: an l looks like a dash.
@@ -313,7 +327,7 @@ def paint_groups(painter: QPainter, lanes: Sequence[Lane]) -> None:
             name = text.elided_name(group, face, bottom - top)
         middle = (top + bottom) / 2
         ink = QColor(colours().muted)
-        text.draw_text_upwards(painter, 8.0, middle, name, face=face, ink=ink, align=0.5)
+        text.draw_text_upwards(painter, left / 2, middle, name, face=face, ink=ink, align=0.5)
 
 
 def paint_gaps(

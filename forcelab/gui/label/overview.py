@@ -13,6 +13,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.colormap import translucent
+from forcelab.gui.kit import text_size
 from forcelab.gui.kit.time_panel import TimeView
 from forcelab.gui.kit.traces import column_edges
 from forcelab.gui.label.lanes import Lane, axis_of, span_of, spanning
@@ -24,7 +25,6 @@ from forcelab.gui.theme import colours
 #: Height of the overview, and of the strip with the coder's track, in pixels.
 HEIGHT = 58
 TRACK_HEIGHT = 10.0
-CURVES_HEIGHT = HEIGHT - TRACK_HEIGHT - 2
 #: Milliseconds from an edit to the strip that shows it: the track itself is painted first.
 PAUSE = 40
 #: A window narrower than this is drawn so wide.
@@ -61,7 +61,7 @@ class Overview(TimeView):
         self._band: tuple[float, float] | None = None
         self.setAccessibleName("Overview of the whole demonstration")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.setFixedHeight(HEIGHT)
+        self.setFixedHeight(round(text_size.pixels(HEIGHT)))
         self.source.choices_changed.connect(self.place)
         self.source.data_read.connect(self.invalidate)
         self._track_timer = QTimer(self, singleShot=True, interval=PAUSE)
@@ -93,9 +93,22 @@ class Overview(TimeView):
         return QRectF(left - spare, 0.0, right - left + 2 * spare, self.height())
 
     def sizeHint(self) -> QSize:
-        return QSize(900, HEIGHT)
+        return QSize(900, round(text_size.pixels(HEIGHT)))
+
+    @property
+    def _track_height(self) -> float:
+        return round(text_size.pixels(TRACK_HEIGHT))
+
+    @property
+    def _curves_height(self) -> float:
+        return self.height() - self._track_height - 2
 
     # Drawing
+
+    def fit_text(self) -> None:
+        self.setFixedHeight(round(text_size.pixels(HEIGHT)))
+        self._fitted = None
+        super().fit_text()
 
     def place(self) -> None:
         """Lay the curves of all shown channels over each other."""
@@ -105,7 +118,7 @@ class Overview(TimeView):
         for column, trace in enumerate(self._traces):
             shown = column < len(source.names) and source.names[column] in source.shown
             trace.box.setVisible(shown)
-            trace.box.setGeometry(QRectF(plot.left(), 0, plot.width(), CURVES_HEIGHT))
+            trace.box.setGeometry(QRectF(plot.left(), 0, plot.width(), self._curves_height))
             trace.box.setXRange(*self.document.view.bounds, padding=0)
         self.invalidate()
 
@@ -121,11 +134,11 @@ class Overview(TimeView):
         shown = [i for i, name in enumerate(source.names) if name in source.shown]
         for unit in {source.channels[i].unit for i in shown}:
             same = [i for i in shown if source.channels[i].unit == unit]
-            lane = Lane(tuple(same), "", "", 0.0, CURVES_HEIGHT)
+            lane = Lane(tuple(same), "", "", 0.0, self._curves_height)
             axis = axis_of(lane, spanning(span_of(extremes[source.names[i]]) for i in same))
             for i in same:
                 box = self._traces[i].box
-                box.setYRange(axis.value(CURVES_HEIGHT), axis.value(0.0), padding=0)
+                box.setYRange(axis.value(self._curves_height), axis.value(0.0), padding=0)
 
     def paint_background(self, painter: QPainter) -> None:
         """Draw the coder's track, and how long the demonstration is."""
@@ -134,11 +147,16 @@ class Overview(TimeView):
         painter.fillRect(plot, QColor(theme.background))
         if document.demonstration is not None:
             low, high = document.view.bounds
-            face, short = text.font(10), high - low <= LONGEST_IN_SECONDS
+            face, short = text_size.font(10), high - low <= LONGEST_IN_SECONDS
             length = f"{high - low:.1f} s" if short else clock_time(high - low)
-            for y, line in ((HEIGHT / 2 - 11, "whole"), (HEIGHT / 2 + 3, length)):
+            above, below = text_size.pixels(11), text_size.pixels(3)
+            for y, line in (
+                (self.height() / 2 - above, "whole"),
+                (self.height() / 2 + below, length),
+            ):
                 text.draw_text(painter, 6.0, y, line, face=face, ink=QColor(theme.muted))
-            strip = QRectF(plot.left(), HEIGHT - TRACK_HEIGHT - 1, plot.width(), TRACK_HEIGHT)
+            high = self._track_height
+            strip = QRectF(plot.left(), self.height() - high - 1, plot.width(), high)
             paint_row(
                 painter,
                 strip,
@@ -146,7 +164,7 @@ class Overview(TimeView):
                 document.editor.segments,
                 vocabulary=document.vocabulary,
                 theme=theme,
-                size=8.0,
+                size=text_size.pixels(8),
             )
         painter.setPen(QPen(QColor(theme.panel_edge), 1))
         painter.drawLine(QLineF(0, 0.5, self.width(), 0.5))
@@ -158,10 +176,10 @@ class Overview(TimeView):
         theme, plot, box = colours(), self.plot, self.window_box
         painter.setClipRect(plot.adjusted(-1, 0, 1, 0))
         veil = translucent(theme.panel, 0.6)
-        painter.fillRect(QRectF(plot.left(), 1, box.left() - plot.left(), HEIGHT), veil)
-        painter.fillRect(QRectF(box.right(), 1, plot.right() - box.right(), HEIGHT), veil)
+        painter.fillRect(QRectF(plot.left(), 1, box.left() - plot.left(), self.height()), veil)
+        painter.fillRect(QRectF(box.right(), 1, plot.right() - box.right(), self.height()), veil)
         accent = QColor(theme.accent)
-        frame = QRectF(QPointF(round(box.left()), 0), QPointF(round(box.right()), HEIGHT))
+        frame = QRectF(QPointF(round(box.left()), 0), QPointF(round(box.right()), self.height()))
         painter.setPen(QPen(accent, 2))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawRect(frame.adjusted(1, 1, -1, -1))
@@ -169,11 +187,11 @@ class Overview(TimeView):
         painter.setBrush(accent)
         apart = max(8.0 - frame.width() / 2, 0.0)  # handles of a narrow window stand beside it
         for x in (frame.left() + 1 - apart, frame.right() - 1 + apart):
-            painter.drawRoundedRect(QRectF(x - 3, HEIGHT / 2 - 9, 6, 18), 2, 2)
+            painter.drawRoundedRect(QRectF(x - 3, self.height() / 2 - 9, 6, 18), 2, 2)
         if self._band is not None:
             wash = translucent(theme.range, 0.25)
             left, right = (self.axis.at(time) for time in self._band)
-            painter.fillRect(QRectF(left, 0, right - left, HEIGHT), wash)
+            painter.fillRect(QRectF(left, 0, right - left, self.height()), wash)
         self._cursor = self.axis.at(self.document.view.cursor)
         self.paint_cursor(painter, self._cursor)
 
@@ -184,7 +202,7 @@ class Overview(TimeView):
     def _cursor_moved(self, time: float) -> None:
         """Draw again where the cursor was and is."""
         for x in (self._cursor, self.axis.at(time)) if self.isVisible() else ():
-            self.update(QRect(round(x) - 2, 0, 5, HEIGHT))
+            self.update(QRect(round(x) - 2, 0, 5, self.height()))
 
     def time_at(self, x: float) -> float:
         """The time in seconds of a pixel, within the demonstration."""

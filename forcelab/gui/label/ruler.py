@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QMouseEvent, QPainter
@@ -11,6 +12,7 @@ from PySide6.QtWidgets import QSizePolicy
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import NUMBER
+from forcelab.gui.kit import text_size
 from forcelab.gui.kit.plot import ValueAxis
 from forcelab.gui.kit.time_panel import TimePanel
 from forcelab.gui.theme import colours
@@ -40,6 +42,19 @@ def clock_time(seconds: float, decimals: int = 0) -> str:
 class TimeAxis(ValueAxis):
     """An axis of seconds, in minutes and seconds where it shows many."""
 
+    def __init__(self) -> None:
+        super().__init__("top")
+        #: Where the numbers stand, in pixels of the axis.
+        self.number_boxes: list[QRectF] = []
+
+    def generateDrawSpecs(self, p: QPainter) -> Any:
+        specs = super().generateDrawSpecs(p)
+        # What pyqtgraph takes for a number's height is less than that.
+        above = -text_size.pixels(4)
+        numbers = () if specs is None else specs[2]
+        self.number_boxes = [box.adjusted(-1, above, 1, 0) for box, *_ in numbers]
+        return specs
+
     @property
     def clock(self) -> bool:
         """Whether times are in minutes and seconds."""
@@ -50,7 +65,7 @@ class TimeAxis(ValueAxis):
         if not self.clock:
             major = super().tickSpacing(minVal, maxVal, size)[0]
             return [major, (major[0] / 5, 0)]
-        face, span = text.font(NUMBER), maxVal - minVal
+        face, span = text_size.font(NUMBER), maxVal - minVal
         days = STEPS[-1] * 2.0 ** max(math.ceil(math.log2(span / STEPS[-1])), 0)
         widest = text.widest((clock_time(value) for value in (minVal, maxVal)), face) + BREATH
         step = next((step for step in STEPS if step * size / span >= widest), days)
@@ -72,15 +87,20 @@ class Ruler(TimePanel):
         super().__init__(document)
         self.setAccessibleName("Time")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.setFixedHeight(HEIGHT)
         self.setToolTip("Drag to move the cursor")
-        self._numbers = TimeAxis("top")
+        self._numbers = TimeAxis()
         self._numbers.setStyle(tickLength=-6, maxTextLevel=0)
-        self._numbers.setHeight(HEIGHT)
         self.addItem(self._numbers)
+        self.fit_text()
+
+    def fit_text(self) -> None:
+        height = round(text_size.pixels(HEIGHT))
+        self.setFixedHeight(height)
+        self._numbers.setHeight(height)
+        super().fit_text()
 
     def sizeHint(self) -> QSize:
-        return QSize(900, HEIGHT)
+        return QSize(900, round(text_size.pixels(HEIGHT)))
 
     def invalidate(self, *_: object) -> None:
         view = self.document.view
@@ -97,8 +117,9 @@ class Ruler(TimePanel):
 
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
         unit, ink = "min:s" if self._numbers.clock else "s", QColor(colours().muted)
-        face = text.font(NUMBER)
-        text.draw_text(painter, box.right() - 8, 10.0, unit, face=face, ink=ink, align=1.0)
+        face = text_size.font(NUMBER)
+        y = text_size.pixels(10)
+        text.draw_text(painter, box.right() - 8, y, unit, face=face, ink=ink, align=1.0)
 
     def paint_foreground(self, painter: QPainter) -> None:
         """Draw the cursor and a tag with its time."""
@@ -107,17 +128,26 @@ class Ruler(TimePanel):
         # Half a pixel of room: the ends of the axis are pixels only up to rounding.
         if self.document.demonstration is None or not plot.left() - 0.5 <= x <= plot.right() + 0.5:
             return
-        face, label, ground = text.font(NUMBER, bold=True), self.cursor_text(), colours().cursor
+        face, label, ground = (
+            text_size.font(NUMBER, bold=True),
+            self.cursor_text(),
+            colours().cursor,
+        )
         wide = text.width(label, face) + 10
         left = min(max(x - wide / 2, plot.left()), plot.right() - wide)
-        tag = QRectF(left, 2, wide, 16)
-        painter.fillRect(tag.adjusted(-4, 0, 4, 0), QColor(colours().panel))
+        tag = QRectF(left, 2, wide, text_size.pixels(20) - 4)
+        apart = tag.adjusted(-4, 0, 4, 0)
+        painter.fillRect(apart, QColor(colours().panel))
+        for box in self._numbers.number_boxes:  # of a number that it covers nothing stays
+            if (number := box.translated(plot.left(), 0)).intersects(apart):
+                painter.fillRect(number, QColor(colours().panel))
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(QColor(ground))
         painter.drawRoundedRect(tag, 3, 3)
         ink = text.ink_on(QColor(ground))
-        text.draw_text(painter, tag.center().x(), 10.0, label, face=face, ink=ink, align=0.5)
+        at = tag.center()
+        text.draw_text(painter, at.x(), at.y(), label, face=face, ink=ink, align=0.5)
 
     def cursor_text(self) -> str:
         """The cursor's time, to the millisecond or finer where a pixel is finer."""

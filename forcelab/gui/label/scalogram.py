@@ -30,6 +30,7 @@ from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES, signed
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.kit import text_size
 from forcelab.gui.kit.plot import draw_plate
 from forcelab.gui.label.scalogram_painting import (
     FOURIER_FACTOR,
@@ -67,13 +68,16 @@ class ScalogramButton(QToolButton):
         self.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName("Channel and kind of the scalogram")
-        face = self.font()
-        face.setPixelSize(10)
-        self.setFont(face)
+        self.use_text_size()
         self._choices = QMenu(self)
         # What the menu is cleared of goes, but no group would.
         self._channels, self._kinds = QActionGroup(self._choices), QActionGroup(self._choices)
         self.setMenu(self._choices)
+
+    def use_text_size(self) -> None:
+        face = self.font()
+        face.setPixelSize(round(text_size.pixels(10)))
+        self.setFont(face)
 
     def set_choices(self, channels: Sequence[str], channel: str, phase: bool, steady: bool) -> None:
         """Fill the menu and mark what is chosen."""
@@ -318,8 +322,8 @@ class ScalogramPanel(SignalPanel):
         self._box.setYRange(math.log(SMALLEST), math.log(LARGEST), padding=0)
         self._layers = ScalogramLayers(self._box)
         self._cone = ConeAndMarks(self._box)
-        self._frequencies = FrequencyAxis(free=BUTTON + 8.0)
-        self._frequencies.setWidth(self.GUTTER)
+        self._frequencies = FrequencyAxis(free=text_size.pixels(BUTTON) + 8.0)
+        self._frequencies.setWidth(self.gutter)
         self._frequencies.linkToView(self._box)
         self.addItem(self._frequencies)
         self._ranged: tuple[Scalogram, bool, tuple[float, float]] | None = None
@@ -396,11 +400,17 @@ class ScalogramPanel(SignalPanel):
 
     # Drawing
 
+    def fit_text(self) -> None:
+        self._frequencies.free = text_size.pixels(BUTTON) + 8.0
+        self._frequencies.setWidth(self.gutter)
+        self._button.use_text_size()
+        super().fit_text()
+
     def place(self) -> None:
         """Put box, axis and button where they belong, and ask for a picture of that size."""
         self._box.setGeometry(self.plot.adjusted(0, 1, 0, -1))
-        self._frequencies.setGeometry(QRectF(0, 1, self.GUTTER, self.height() - 2))
-        self._button.setGeometry(2, 2, self.GUTTER - 6, BUTTON)
+        self._frequencies.setGeometry(QRectF(0, 1, self.gutter, self.height() - 2))
+        self._button.setGeometry(2, 2, self.gutter - 6, round(text_size.pixels(BUTTON)))
         self._update_button()
         self._request_picture()
 
@@ -423,7 +433,8 @@ class ScalogramPanel(SignalPanel):
 
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
         painter.fillRect(box, QColor(colours().panel))
-        bar = QRectF(4.5, BUTTON + 10.5, 6, box.bottom() - BUTTON - 18)
+        above = text_size.pixels(BUTTON)
+        bar = QRectF(4.5, above + 10.5, 6, box.bottom() - above - 18)
         ends = self._ends()
         if bar.height() >= 40 and ends is not None:
             draw_bar(painter, bar, ends, phase=self._phase)

@@ -27,6 +27,7 @@ from PySide6.QtGui import QColor, QImage, QPainter, QPen, QPolygonF
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import NUMBER
 from forcelab.gui.figures.colormap import translucent
+from forcelab.gui.kit import text_size
 from forcelab.gui.kit.plot import BoxItem, ValueAxis
 from forcelab.gui.theme import colours
 from forcelab.signals.wavelets import cone_of_influence
@@ -196,7 +197,7 @@ class FrequencyAxis(ValueAxis):
 
     def __init__(self, free: float) -> None:
         self.rate = 1.0
-        self._free = free  # pixels at the top that have no numbers
+        self.free = free  # pixels at the top that have no numbers
         super().__init__("left")
 
     def set_rate(self, rate: float) -> None:
@@ -216,7 +217,7 @@ class FrequencyAxis(ValueAxis):
         for step, digits in ((1.0, (1,)), (0.5, (2, 5))):
             hertz = (digit * 10.0**decade for decade in decades for digit in digits)
             places = (math.log(self.rate / (FOURIER_FACTOR * value)) for value in hertz)
-            top = minVal + self._free / max(size, 1.0) * (maxVal - minVal)
+            top = minVal + self.free / max(size, 1.0) * (maxVal - minVal)
             levels.append((step, [y for y in places if top <= y <= maxVal]))
         return levels
 
@@ -244,7 +245,8 @@ def draw_bar(painter: QPainter, box: QRectF, ends: tuple[str, str], *, phase: bo
     painter.setPen(QPen(QColor(theme.frame), 1.0))
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.drawRect(box)
-    face, ink, half = text.font(NUMBER), QColor(theme.muted), NUMBER / 2
+    face, ink = text_size.font(NUMBER), QColor(theme.muted)
+    half = text_size.pixels(NUMBER / 2)
     for label, y in zip(ends, (box.bottom() - half, box.top() + half), strict=True):
         text.draw_text(painter, box.right() + 4, y, label, face=face, ink=ink)
 

@@ -19,6 +19,7 @@ from forcelab.labels import Segment
 from forcelab.project import Edit
 from forcelab.project.actions import ActionRename
 from forcelab.segment_edits import SLIVER, index_at, overlapping
+from forcelab.text import task_text
 
 
 def rename_action(document: Document, name: str, new: str, parent: QWidget) -> bool:
@@ -62,7 +63,7 @@ def _confirm_rename(
     choices = {"Merge": everywhere.tasks}
     if everywhere.tasks != in_task.tasks:
         choices = {
-            f"Only in {in_task.tasks[0] or 'no task'}": in_task.tasks,
+            f"Only in {task_text(in_task.tasks[0])}": in_task.tasks,
             f"In all {len(everywhere.tasks)} tasks": everywhere.tasks,
         }
     answers, last = (*choices, "Cancel"), len(choices)

@@ -288,6 +288,12 @@ LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
+#: Letters of an action's name that other columns give way to: at least and at most.
+LETTERS = 8, 20
+#: Pixels beside a name: its swatch and margins.
+BESIDE_NAME = 27
+
+
 class SegmentRowList(QTableView):
     """A table of whole rows, edited on double click or Enter; the window's keys are left to it."""
 
@@ -340,10 +346,12 @@ class SegmentRowList(QTableView):
         self._hide_columns()
 
     def _hide_columns(self) -> None:
-        """Show number and duration if they leave room for eight letters of the action."""
-        header = self.horizontalHeader()
-        letters = 24 + 8 * self.fontMetrics().averageCharWidth()
-        room = self.viewport().width() - letters
+        """Show number and duration if they leave room for the actions' names."""
+        header, document = self.horizontalHeader(), self._model.document
+        measure = self.fontMetrics().horizontalAdvance
+        longest = max(map(measure, (*document.vocabulary.names, "n" * LETTERS[0])))
+        names = min(longest, measure("n" * LETTERS[1])) + BESIDE_NAME
+        room = self.viewport().width() - names - (MARK if document.origins() else 0)
         room -= header.sectionSize(START) + header.sectionSize(END)
         for column, width in self._widths.items():
             self._widths[column] = header.sectionSize(column) or width
@@ -495,6 +503,7 @@ class SegmentTable(SideList):
         document.tracks_changed.connect(self.refresh)
         document.selection_changed.connect(self._show_selection)
         document.vocabulary_changed.connect(self._repaint)
+        document.vocabulary_changed.connect(self.table.fit_columns)
         document.view.cursor_moved.connect(self._follow)
         document.demonstration_changed.connect(self.table.fit_columns)
         document.demonstration_changed.connect(self.refresh)

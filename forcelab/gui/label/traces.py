@@ -22,6 +22,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.kit import text_size
 from forcelab.gui.kit.traces import Trace, column_edges
 from forcelab.gui.label.lanes import (
     Lane,
@@ -61,7 +62,7 @@ class ForceChannels(QObject):
 
     `gaps` are the starts and ends (s) of the gaps, shape (2, g), once they are known; `overlaid`
     channels of one unit share an axis, and with `autoscale` axes follow what is visible.
-    `choices_changed` tells of other channels or another way to show them, `grown` of more data.
+    `choices_changed` tells of other channels or another way to show them, `data_read` of more data.
     """
 
     choices_changed = Signal()
@@ -355,7 +356,7 @@ class ForcePanel(SignalPanel):
         while len(self._traces) < len(source.channels):
             self._traces.append(ChannelTrace(self.source, self.add_box(), len(self._traces)))
         while len(self._lane_axes) < len(strips):
-            self._lane_axes.append(LaneAxis(self.GUTTER, self._values_at_cursor))
+            self._lane_axes.append(LaneAxis(self.gutter, self._values_at_cursor))
             self.addItem(self._lane_axes[-1])
         for trace in self._traces:
             trace.box.hide()
@@ -366,6 +367,7 @@ class ForcePanel(SignalPanel):
                 box = self._traces[column].box
                 box.setGeometry(QRectF(plot.left(), lane.top, plot.width(), lane.height))
                 box.show()
+            axis.set_room(self.gutter)
             axis.show_lane(lane, source.channels)
         self._strips = strips
         self.axes, self._fitted = (), None
@@ -441,7 +443,9 @@ class ForcePanel(SignalPanel):
     def _notes_left(self) -> bool:
         """Whether notes give way to the values at the cursor."""
         tags = bool(self._strips) and self._lane_axes[0].tagged
-        return tags and self.x_at(self.document.view.cursor) > self.plot.right() - NOTES
+        return tags and self.x_at(self.document.view.cursor) > self.plot.right() - text_size.pixels(
+            NOTES
+        )
 
     def _marks_moved(self, *_: object) -> None:
         """Move the notes to the other side when the cursor comes to where they are."""
@@ -451,7 +455,7 @@ class ForcePanel(SignalPanel):
 
     def _paint_invitation(self, painter: QPainter, plot: QRectF) -> None:
         """Say how hidden channels come back."""
-        face = text.font(12)
+        face = text_size.font(12)
         sentence = "Every channel is hidden; the menu of this panel shows them again."
         sentence = text.elided(sentence, face, plot.width() - 16)
         at, ink = plot.center(), QColor(colours().muted)
@@ -484,7 +488,7 @@ class ForcePanel(SignalPanel):
 
     def gutter_tip(self, x: float, y: float) -> str:
         for lane, _ in self.axes:
-            if x < self.GUTTER and lane.top <= y <= lane.bottom:
+            if x < self.gutter and lane.top <= y <= lane.bottom:
                 return "\n".join(
                     f"{channel.name} ({channel.unit})" if channel.unit else channel.name
                     for channel in (self.source.channels[i] for i in lane.channels)

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import lru_cache
-from itertools import takewhile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +43,7 @@ def short_name(name: str, names: tuple[str, ...], size: float, room: int) -> tup
     if (wide := text.width(full, face)) <= room:
         return full, wide
     others = [text.printable(other) for other in names if other != name]
-    common = max((_common_letters(full, other) for other in others), default=0)
+    common = max((text.common_letters(full, other) for other in others), default=0)
     common += len(full[common:]) - len(full[common:].lstrip())
     short = text.elided(full, face, room)
     letters = len(short) - len(ELLIPSIS)
@@ -72,7 +71,7 @@ def abbreviations(names: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
             ambiguous.append(name)
     for name in ambiguous:
         full = shown[name]
-        tail = full[max(_common_letters(full, o) for n, o in shown.items() if n != name) :]
+        tail = full[max(text.common_letters(full, o) for n, o in shown.items() if n != name) :]
         candidates = (full[0] + letter for letter in (*tail, *full[1:]) if not letter.isspace())
         pairs[name] = next((pair for pair in candidates if pair not in pairs.values()), "")
     initials = [full[:1] for full in shown.values()]
@@ -90,11 +89,6 @@ def _cut_inside(name: str, common: int, face: QFont, room: int) -> str:
         if text.width(short, face) <= room:
             return short
     return ""
-
-
-def _common_letters(a: str, b: str) -> int:
-    """How many letters two names begin with alike."""
-    return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(a, b, strict=False)))
 
 
 #: Room that the mark of a proposed segment takes at the end of a cell, in pixels.

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import QMenu, QSizePolicy, QToolTip
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
 from forcelab.gui.figures.colormap import translucent
+from forcelab.gui.kit import text_size
 from forcelab.gui.kit.plot import draw_plate
 from forcelab.gui.label.key_labelling import pending
 from forcelab.gui.label.segment_commands import zoom_to
@@ -109,12 +110,13 @@ class TrackPanel(SegmentPanel):
     def rows(self) -> tuple[Row, ...]:
         """The tracks from top to bottom, the coder's own first."""
         document, others, plot = self.document, self.document.other_tracks, self.plot
-        least, pitch = OWN_COMPACT if self._compact else OWN, OTHER + BETWEEN
+        least = text_size.pixels(OWN_COMPACT if self._compact else OWN)
+        pitch = text_size.pixels(OTHER) + BETWEEN
         room = plot.height() - 2 * AROUND
         if others and self._compact:
             pitch = min(max((room - least) / len(others), STRIPE), pitch)
         gap = min(BETWEEN, pitch / 5)
-        high = min(max(room - len(others) * pitch, least), OWN_MOST)
+        high = min(max(room - len(others) * pitch, least), text_size.pixels(OWN_MOST))
         box = QRectF(plot.left(), AROUND, plot.width(), high)
         rows = [Row(document.author, document.editor.segments, box, True)]
         for author, segments in others.items():
@@ -146,15 +148,16 @@ class TrackPanel(SegmentPanel):
         """How high the rows are at least, in pixels."""
         count = len(self.document.other_tracks)
         if not compact:
-            return round(OWN + 2 * AROUND + count * (OTHER + BETWEEN))
-        shared = max(min(count, 2) * OTHERS_COMPACT / 2, count * STRIPE)
-        return round(OWN_COMPACT + 2 * AROUND + shared)
+            others = count * (text_size.pixels(OTHER) + BETWEEN)
+            return round(text_size.pixels(OWN) + 2 * AROUND + others)
+        shared = max(min(count, 2) * text_size.pixels(OTHERS_COMPACT) / 2, count * STRIPE)
+        return round(text_size.pixels(OWN_COMPACT) + 2 * AROUND + shared)
 
     def sizeHint(self) -> QSize:
         return QSize(900, self.least_height(compact=False) + 10)
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(self.GUTTER + 100, self.least_height(compact=self._compact))
+        return QSize(self.gutter + 100, self.least_height(compact=self._compact))
 
     def viewportEvent(self, event: QEvent) -> bool:
         """Show a tooltip: narrow segments have no room for their names."""
@@ -195,9 +198,9 @@ class TrackPanel(SegmentPanel):
         theme = colours()
         painter.fillRect(box, QColor(theme.background))
         for row in self.rows():
-            if row.box.height() < OTHER_NAME:  # a stripe: its tooltip names it
+            if row.box.height() < text_size.pixels(OTHER_NAME):  # a stripe: its tooltip names it
                 continue
-            face = QFont(text.font(OWN_NAME if row.own else OTHER_NAME + 1, bold=row.own))
+            face = QFont(text_size.font(OWN_NAME if row.own else OTHER_NAME + 1, bold=row.own))
             face.setItalic(is_model(row.author))
             name = row.author
             if is_model(name):
@@ -224,8 +227,14 @@ class TrackPanel(SegmentPanel):
         if document.view.hint is not None:
             kind = document.view.hint.kind
             # Beside the line, which is drawn over everything.
-            x = self.x_at(document.view.hint.time) + text.width(kind, text.font(10)) / 2 + 8
-            draw_plate(painter, QPointF(x, own_row.box.bottom() - 10), kind, plot, centred=True)
+            x = self.x_at(document.view.hint.time) + text.width(kind, text_size.font(10)) / 2 + 8
+            draw_plate(
+                painter,
+                QPointF(x, own_row.box.bottom() - text_size.pixels(10)),
+                kind,
+                plot,
+                centred=True,
+            )
 
     def _paint_row(self, painter: QPainter, row: Row, segments: Segments) -> None:
         document = self.document
@@ -236,14 +245,14 @@ class TrackPanel(SegmentPanel):
             segments[overlapping(segments, document.view.start, document.view.end)],
             vocabulary=document.vocabulary,
             theme=colours(),
-            size=OWN_NAME if row.own else OTHER_NAME,
+            size=text_size.pixels(OWN_NAME if row.own else OTHER_NAME),
         )
 
     def _picture_of(self, row: Row) -> QPixmap:
         """A picture of a row that changes seldom, made anew only when it looks different."""
         document, ratio = self.document, self.devicePixelRatioF()
         span = (document.view.start, document.view.end, self.size(), ratio)
-        key = (row, span, document.vocabulary, colours())
+        key = (row, span, document.vocabulary, colours(), text_size.scale())
         cached = self._pictures.get(row.author)
         if cached is not None and cached[0] == key:
             return cached[1]
@@ -296,11 +305,17 @@ class TrackPanel(SegmentPanel):
         """Say in the row what was begun and how it is ended."""
         if (begun := pending(self.document)) is None:
             return
-        face, within = text.font(10), self.plot
+        face, within = text_size.font(10), self.plot
         room = within.width() - text.width(begun.how, face) - 18
         label = text.elided_name(begun.what, face, room) + begun.how
         x = self.x_at(begun.start) + text.width(label, face) / 2 + 12
-        draw_plate(painter, QPointF(x, own_row.box.bottom() - 10), label, within, centred=True)
+        draw_plate(
+            painter,
+            QPointF(x, own_row.box.bottom() - text_size.pixels(10)),
+            label,
+            within,
+            centred=True,
+        )
 
     def _paint_invitation(self, painter: QPainter, box: QRectF) -> None:
         """Say how to begin, in a row that is empty."""
@@ -309,7 +324,7 @@ class TrackPanel(SegmentPanel):
             if self.document.vocabulary
             else "Drag here and choose an action, or add one under Actions."
         )
-        face = text.font(OWN_NAME)
+        face = text_size.font(OWN_NAME)
         sentence = text.elided(sentence, face, box.width() - 20)
         centre, ink = box.center(), translucent(colours().on_unlabelled, 0.72)
         text.draw_text(painter, centre.x(), centre.y(), sentence, face=face, ink=ink, align=0.5)
@@ -341,7 +356,7 @@ class TrackPanel(SegmentPanel):
         if self.document.view.range is not None:
             # It stays where the menu is shut without a choice.
             self.document.show_message(
-                "Choose an action for the marked range, here or under Actions."
+                "Choose an action for the marked range, or press its key; Esc shuts the list."
             )
             self.show_menu(range_menu(self, self.document), event.globalPosition().toPoint())
 

@@ -9,7 +9,9 @@ import numpy as np
 from PySide6.QtCore import QEvent, QRectF, QSize, Qt, QTimer
 from PySide6.QtGui import (
     QColor,
+    QFocusEvent,
     QKeyEvent,
+    QMouseEvent,
     QPainter,
     QPaintEvent,
     QPalette,
@@ -143,11 +145,26 @@ class TimeEdit(QLineEdit):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.returnPressed.connect(self._jump)
         self.editingFinished.connect(self._leave)
+        self._clicked_into = False
 
     def show_cursor(self) -> None:
         """Show the cursor's time, unless a time is being typed."""
         if not self.isModified():
+            selected = self.hasSelectedText()
             self.setText(f"{self._document.view.cursor:.3f}")
+            if selected:  # in playback, too, what is typed next takes its place
+                self.selectAll()
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        super().focusInEvent(event)
+        self._clicked_into = event.reason() == Qt.FocusReason.MouseFocusReason
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Select the whole time at the click that leads here: digits are not typed into it."""
+        super().mouseReleaseEvent(event)
+        if self._clicked_into and not self.hasSelectedText():
+            self.selectAll()
+        self._clicked_into = False
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
@@ -181,12 +198,13 @@ class FrameCounter(QWidget):
     """A text that changes with every frame: it is drawn anew, and nothing around it.
 
     A label asks for another layout of its window each time, which takes longer than all panels.
+    Where there is no room for the whole text, there is none of it.
     """
 
     def __init__(self) -> None:
         super().__init__()
         self._text = self._widest = ""
-        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Preferred)
+        self.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Preferred)
 
     def text(self) -> str:
         return self._text
@@ -205,7 +223,12 @@ class FrameCounter(QWidget):
         wide = self.fontMetrics().horizontalAdvance(self._widest) + 2 if self._widest else 0
         return QSize(wide, self.fontMetrics().height())
 
+    def minimumSizeHint(self) -> QSize:
+        return QSize(0, self.fontMetrics().height())
+
     def paintEvent(self, event: QPaintEvent) -> None:
+        if self.width() < self.fontMetrics().horizontalAdvance(self._text):
+            return
         with QPainter(self) as painter:
             painter.setPen(self.palette().color(self.foregroundRole()))
             middle = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter

@@ -515,8 +515,13 @@ class SynchroniseDialog(QDialog):
         self.set_rows(())
 
     def accept(self) -> None:
-        if self.candidate is None or self.document.set_video_clock(self.candidate, self.video.name):
-            super().accept()
+        before, new = self.stored, self.candidate
+        if new is not None:
+            if not self.document.set_video_clock(new, self.video.name):
+                return
+            sentence = f"The video has a new clock: {_offset_sentence(new)}; it had "
+            self.document.show_message(sentence + f"{_offset_sentence(before)}.")
+        super().accept()
 
     def done(self, result: int) -> None:
         """Close in any way: the search ends and the file is closed."""

@@ -187,7 +187,6 @@ class LabelWorkspace(DockedWindow):
         self._add_dock("history", "History", self.history)
         self._arrange()
         self._standard = self.saveState(LAYOUT)
-        self._before_lending = self._standard
         #: The heights of the lists once there are segments; None while there are.
         self._list_heights: tuple[int, int] | None = None
         self._room_distributed = False
@@ -217,10 +216,9 @@ class LabelWorkspace(DockedWindow):
     def lend(self) -> tuple[QWidget, QWidget]:
         """Give timeline and video to another workspace, until :meth:`take_back`."""
         if self.centralWidget() is self._stack:
-            # The lists spread over the room that is left.
             self._restore_lists()
-            self._before_lending = self.saveState(LAYOUT)
             self.takeCentralWidget()
+            self.setCentralWidget(QWidget())  # or the lists would spread over the room
         return self._stack, self.video
 
     def take_back(self) -> None:
@@ -229,7 +227,6 @@ class LabelWorkspace(DockedWindow):
             self._stack.show()
             self._docks["video"].setWidget(self.video)
             self.video.show()
-            self.restoreState(self._before_lending, LAYOUT)
             self._show_docks()
             self.widen()  # the window may have been smaller then
             QTimer.singleShot(0, self, self._fit_lists)

@@ -10,6 +10,7 @@ from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QComboBox, QTabBar, QWidget
 
 from forcelab.gui.document import Document
+from forcelab.gui.figures.text import signed
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import PageOrPlaceholder, page_layout, scroll_area
 from forcelab.gui.review.agreement_details import (
@@ -20,18 +21,14 @@ from forcelab.gui.review.agreement_details import (
 )
 from forcelab.gui.review.consensus import ConsensusBar
 from forcelab.gui.review.reviewed_run import blind_demonstrations
-from forcelab.gui.review.trainer import task_text
 from forcelab.gui.widgets import OverflowTabs
 from forcelab.jobs import Progress
 from forcelab.labels import is_model
 from forcelab.project import Project
-from forcelab.review.agreement import (
-    Agreement,
-    PairAgreement,
-    agreement_job,
-    coded_demonstrations,
-    landis_koch,
-)
+from forcelab.review.agreement import Agreement, PairAgreement, agreement_job
+from forcelab.review.coder_tracks import coded_demonstrations
+from forcelab.review.kappa import landis_koch
+from forcelab.text import task_text
 
 #: Coders are compared again when nothing was painted for so many ms.
 COMPARE_DELAY = 400
@@ -236,7 +233,7 @@ class AgreementView(QWidget):
         if result.fleiss is None or result.fleiss_coders < 3:
             return "The darker a cell, the better the two agree; a click tells more."
         return (
-            f"Fleiss' kappa of all {len(result.authors)} coders: {result.fleiss:.2f}, "
+            f"Fleiss' kappa of all {len(result.authors)} coders: {signed(f'{result.fleiss:.2f}')}, "
             f"“{landis_koch(result.fleiss)}” by Landis and Koch. It extends kappa to "
             "more than two coders. The darker a cell, the better the two agree."
         )

@@ -23,18 +23,20 @@ from PySide6.QtWidgets import (
 
 from forcelab.gui.document import Document
 from forcelab.gui.figures.colormap import colormap_colour
-from forcelab.gui.figures.text import NAMES, ink_on
+from forcelab.gui.figures.text import NAMES, ink_on, signed
 from forcelab.gui.figures.tracks import LabelStyle
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable
+from forcelab.gui.kit import text_size
 from forcelab.gui.kit.plot import Bars, Plot
 from forcelab.gui.label.swatches import paint_swatch, style_of
 from forcelab.gui.layout import copyable, emphasise
-from forcelab.gui.review.trainer import task_text
 from forcelab.gui.theme import colours
 from forcelab.gui.widgets import ARROW_STEPS, combo_box, is_plain
 from forcelab.labels import Interval
-from forcelab.review.agreement import WINDOW, Agreement, Consistency, PairAgreement, landis_koch
-from forcelab.text import counted
+from forcelab.review.agreement import WINDOW, Agreement, PairAgreement
+from forcelab.review.consistency import Consistency
+from forcelab.review.kappa import landis_koch
+from forcelab.text import counted, task_text
 from forcelab.vocabulary import Vocabulary
 
 #: Widths of all columns but the last, in digits.
@@ -148,7 +150,8 @@ class OffsetHistogram(Plot):
 
     @property
     def margins(self) -> tuple[float, float, float, float]:
-        return 2.0 * CHART_MARGIN, 1.2 * self.fontMetrics().height(), 2.0 * CHART_MARGIN, 36.0
+        above, below = 1.2 * self.fontMetrics().height(), text_size.pixels(36)
+        return 2.0 * CHART_MARGIN, above, 2.0 * CHART_MARGIN, below
 
     def redraw(self) -> None:
         self.clear()
@@ -275,7 +278,7 @@ def _whole_percent(share: float | None) -> str:
 
 
 #: Narrowest and widest cell in widths of a digit, its height in lines, and room around texts.
-NARROWEST_CELL, WIDEST_CELL, CELL_LINES, CELL_PADDING = 6.5, 18.0, 2.5, 6
+NARROWEST_CELL, WIDEST_CELL, CELL_LINES, CELL_PADDING = 5.0, 18.0, 2.5, 6
 #: Kappa below which all cells are as light: chance agreement and worse.
 LIGHTEST_KAPPA = 0.0
 
@@ -410,24 +413,26 @@ class CoderMatrix(Plot):
     def _paint_cell(self, painter: QPainter, row: int, column: int) -> None:
         """Write kappa and its word; on the diagonal how much the coder labelled."""
         box, pair = self.cell(row, column).adjusted(3, 2, -3, -2), self._pair_at(row, column)
-        middle, cut = Qt.AlignmentFlag.AlignCenter, Qt.TextElideMode.ElideRight
+        middle = Qt.AlignmentFlag.AlignCenter
         metrics, room = self.fontMetrics(), int(box.width())
         if pair is None or pair.kappa is None:
             painter.setPen(QColor(colours().muted))
             count = self._labelled(self.authors[row]) if row == column else None
             label = "–" if count is None else f"{count} coded"
-            painter.drawText(box, middle, metrics.elidedText(label, cut, room))
+            if metrics.horizontalAdvance(label) > room:
+                label = label.removesuffix(" coded")
+            painter.drawText(box, middle, label)
             return
         painter.setPen(ink_on(self._ground(row, column)))
         face = QFont(self.font())
         face.setBold(True)
-        half = box.height() / 2
-        kappa = f"{pair.kappa:.2f}".replace("-", "\N{MINUS SIGN}")
+        word = landis_koch(pair.kappa)
+        half = box.height() / 2 if metrics.horizontalAdvance(word) <= room else 0.0
         painter.setFont(face)
-        painter.drawText(box.adjusted(0, 0, 0, -half), middle, kappa)
+        painter.drawText(box.adjusted(0, 0, 0, -half), middle, signed(f"{pair.kappa:.2f}"))
         painter.setFont(self.font())
-        word = metrics.elidedText(landis_koch(pair.kappa), cut, room)
-        painter.drawText(box.adjusted(0, half, 0, 0), middle, word)
+        if half:
+            painter.drawText(box.adjusted(0, half, 0, 0), middle, word)
 
     def _pair_at(self, row: int, column: int) -> PairAgreement | None:
         if self._agreement is None or row == column:
@@ -451,9 +456,9 @@ class CoderMatrix(Plot):
             return f"{a} and {b} have no demonstration in common"
         if pair.kappa is None:
             return f"{a} and {b}: no kappa, as only one action was labelled"
-        word = landis_koch(pair.kappa)
+        kappa, word = signed(f"{pair.kappa:.3f}"), landis_koch(pair.kappa)
         common = counted(len(pair.demonstrations), "demonstration")
-        return f"{a} and {b}: kappa {pair.kappa:.3f}, {word} (Landis and Koch); {common}"
+        return f"{a} and {b}: kappa {kappa}, {word} (Landis and Koch); {common}"
 
     def _tell(self) -> None:
         if self.authors:
@@ -536,13 +541,13 @@ class PairDetails(QWidget):
             text = "Both used only one action; kappa cannot tell that from chance."
         else:
             text = (
-                f"Kappa {kappa:.2f}, “{landis_koch(kappa)}” by Landis and Koch. They agree "
-                f"{_percent_text(agreed)} of the time; "
+                f"Kappa {signed(f'{kappa:.2f}')}, “{landis_koch(kappa)}” by Landis and Koch. "
+                f"They agree {_percent_text(agreed)} of the time; "
                 "kappa is agreement beyond chance (0 chance, 1 perfect)."
             )
             if pair.interval is not None:
                 low, high = pair.interval
-                text += f" 95 % interval {low:.2f} to {high:.2f}."
+                text += f" 95 % interval {signed(f'{low:.2f}')} to {signed(f'{high:.2f}')}."
         self.frames.setText(text)
         first, second = pair.only
         self.alone.setText(

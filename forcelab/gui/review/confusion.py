@@ -11,6 +11,7 @@ import numpy as np
 from PySide6.QtCore import (
     QEvent,
     QModelIndex,
+    QObject,
     QPointF,
     QRectF,
     QSize,
@@ -50,6 +51,7 @@ from forcelab.gui.figures.figure import LIGHT, Figure
 from forcelab.gui.file_dialogs import ask_picture, save_picture
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable, as_tsv, copy_text
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.kit import text_size
 from forcelab.gui.kit.plot import PlotView
 from forcelab.gui.layout import (
     PageOrPlaceholder,
@@ -187,7 +189,7 @@ class MatrixCanvas(PlotView):
         if figure is None or figure.actions != actions:
             self.focus, self.chosen, self._hovered = (0, 0), None, None
         if figure is not None:
-            size = figure.size
+            size = figure.size * text_size.scale()
             self.setFixedSize(QSize(int(size.width()), int(size.height())))
         self.invalidate()
 
@@ -242,23 +244,32 @@ class MatrixCanvas(PlotView):
 
     def paint_background(self, painter: QPainter) -> None:
         if self.figure is not None:
+            painter.save()
+            painter.scale(text_size.scale(), text_size.scale())
             self.figure.draw(painter)
+            painter.restore()
 
     def paint_foreground(self, painter: QPainter) -> None:
         """Draw frames around the cells that are pointed at and chosen."""
         if self.figure is not None and self._hovered is not None:
-            self._frame(painter, self.figure.box(*self._hovered), 1.0)
+            self._frame(painter, self._cell_box(self._hovered), 1.0)
         if self.figure is not None and self.chosen is not None:
-            self._frame(painter, self.figure.box(*self.chosen), 2.0)
+            self._frame(painter, self._cell_box(self.chosen), 2.0)
 
     def paint_focus(self, painter: QPainter) -> None:
         if self.figure is not None:
-            self._frame(painter, self.figure.box(*self.focus), 2.0, dashed=True)
+            self._frame(painter, self._cell_box(self.focus), 2.0, dashed=True)
 
     # Inside
 
     def _cell_at(self, point: QPointF) -> Cell | None:
-        return None if self.figure is None else self.figure.cell_at(point)
+        return None if self.figure is None else self.figure.cell_at(point / text_size.scale())
+
+    def _cell_box(self, cell: Cell) -> QRectF:
+        """A cell in pixels of the view: the figure is painted at the text size."""
+        assert self.figure is not None
+        box, scale = self.figure.box(*cell), text_size.scale()
+        return QRectF(box.topLeft() * scale, box.size() * scale)
 
     def _pick(self, cell: Cell, *, by_key: bool) -> None:
         self.chosen = cell
@@ -278,7 +289,7 @@ class MatrixCanvas(PlotView):
         viewport = self.parentWidget()
         area = None if viewport is None else viewport.parentWidget()
         if isinstance(area, QScrollArea) and self.figure is not None:
-            spot = self.figure.box(*self.focus).center()
+            spot = self._cell_box(self.focus).center()
             area.ensureVisible(int(spot.x()), int(spot.y()), 40, 40)
 
     def _frame(self, painter: QPainter, box: QRectF, width: float, *, dashed: bool = False) -> None:
@@ -428,6 +439,7 @@ class ConfusionView(QWidget):
         self.list = CellIntervals(document)
         self._area = QScrollArea()
         self._area.setWidget(self.canvas)
+        self._area.installEventFilter(self)
         self._area.setFrameShape(QScrollArea.Shape.NoFrame)
         self._area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._area.setBackgroundRole(QPalette.ColorRole.Base)
@@ -486,9 +498,16 @@ class ConfusionView(QWidget):
         if self.cells is None:
             self._run = None
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._draw()
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.FontChange and self.isVisible():
+            self._draw()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Fit the matrix into its room, also where only that of the list below has changed."""
+        if watched is self._area and event.type() == QEvent.Type.Resize:
+            self._draw()
+        return super().eventFilter(watched, event)
 
     # Inside
 
@@ -590,7 +609,8 @@ class ConfusionView(QWidget):
     def _draw(self) -> None:
         if self.cells is None or not self.isVisible() or not self.cells.actions:
             return
-        figure = fit_figure(self._figure(headed=False), self._area.maximumViewportSize())
+        room = self._area.maximumViewportSize() / text_size.scale()
+        figure = fit_figure(self._figure(headed=False), room)
         self.canvas.show_figure(figure)
         self._describe_cell(self.canvas.chosen or self.canvas.focus)
 

@@ -33,7 +33,7 @@ from forcelab.gui.text import escape_ampersands, settle_name
 from forcelab.gui.widgets import ElidedComboBox
 from forcelab.labels import Interval
 from forcelab.project import Edit
-from forcelab.review.agreement import CoderTracks
+from forcelab.review.coder_tracks import CoderTracks
 from forcelab.review.consensus import CONSENSUS, Consensus
 from forcelab.review.differences import Difference
 from forcelab.text import tidy_name

@@ -35,7 +35,8 @@ from forcelab.review.differences import interval_at, interval_of
 from forcelab.review.run_result import RunResult
 
 if TYPE_CHECKING:
-    from forcelab.review.explanation import Explanation, HeldOutModel
+    from forcelab.review.explanation import Explanation
+    from forcelab.review.held_out import HeldOutModel
 
 
 #: Recognisers that are kept at most, and the memory that they may take in bytes.
@@ -72,7 +73,7 @@ class ModelCache:
 def train_without(path: Path, run: RunResult, id_: str) -> Generator[Progress, None, HeldOutModel]:
     """Train without a demonstration, in a process of its own."""
     from forcelab.process import run_in_process
-    from forcelab.review.explanation import train_held_out  # takes a second to load
+    from forcelab.review.held_out import train_held_out  # takes a second to load
 
     return (yield from run_in_process(train_held_out, path, run, id_))
 
@@ -424,7 +425,7 @@ class ExplanationView(QWidget):
         places = [card.neighbour.place for card in self.page.neighbours.cards]
         if project is None or not places:
             return
-        from forcelab.review.explanation import preview_job
+        from forcelab.review.similar_segments import preview_job
 
         job, show = preview_job(project.path, places), self.page.neighbours.show_traces
         self.jobs.run(job, show, self._failed, key=TRACES_JOB)

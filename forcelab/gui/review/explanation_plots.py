@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, QSizeF, Qt, Signal
 from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QAbstractButton, QGridLayout, QLabel, QSizePolicy, QWidget
 
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
 from forcelab.gui.figures.colormap import translucent
+from forcelab.gui.kit import text_size
 from forcelab.gui.kit.plot import FAINT, Bars, Plot
 from forcelab.gui.kit.traces import curve_colour
 from forcelab.gui.label.scalogram_painting import SHADES, oklch_to_srgb
@@ -30,7 +31,8 @@ from forcelab.review.run_result import RunResult
 from forcelab.vocabulary import Vocabulary
 
 if TYPE_CHECKING:
-    from forcelab.review.explanation import Band, Explanation, ForcePreview, Neighbour
+    from forcelab.review.explanation import Band, Explanation
+    from forcelab.review.similar_segments import ForcePreview, Neighbour
 
 
 MINUS = "\N{MINUS SIGN}"
@@ -120,7 +122,7 @@ def held_out_progress(progress: Progress, name: str, elapsed: float, run: RunRes
 
 
 #: Pixels around the plot: for its numbers, for the actions' names, and for the time below.
-CHART_LEFT, CHART_RIGHT, CHART_TOP, CHART_BOTTOM = 30.0, 40.0, 6.0, 20.0
+CHART_MARGINS = CHART_LEFT, CHART_TOP, CHART_RIGHT, CHART_BOTTOM = 30.0, 6.0, 40.0, 20.0
 CHART_FONT = 10.0
 #: Names take at most this share of the width; a line that stands out less than this has an edge.
 NAME_SHARE, FAINT_CONTRAST = 0.35, 2.0
@@ -155,7 +157,11 @@ class ProbabilityChart(Plot):
         document.vocabulary_changed.connect(self.redraw)
 
     def sizeHint(self) -> QSize:
-        return QSize(320, 126)
+        return QSize(320, round(text_size.pixels(126)))
+
+    def fit_text(self) -> None:
+        self.setFixedHeight(self.sizeHint().height())
+        super().fit_text()
 
     def show_place(
         self,
@@ -172,13 +178,14 @@ class ProbabilityChart(Plot):
 
     @property
     def margins(self) -> tuple[float, float, float, float]:
-        return CHART_LEFT, CHART_TOP, CHART_RIGHT + self._room, CHART_BOTTOM
+        left, top, right, bottom = map(text_size.pixels, CHART_MARGINS)
+        return left, top, right + self._room, bottom
 
     @property
     def _room(self) -> float:
         actions = () if self.probability_trace is None else self.probability_trace.actions
-        names = text.widest(actions, text.font(CHART_FONT))
-        return min(names, NAME_SHARE * self.width() - CHART_RIGHT)
+        names = text.widest(actions, text_size.font(CHART_FONT))
+        return min(names, NAME_SHARE * self.width() - text_size.pixels(CHART_RIGHT))
 
     # Drawing
 
@@ -228,24 +235,26 @@ class ProbabilityChart(Plot):
 
     def paint_foreground(self, painter: QPainter) -> None:
         """Write the unit, what is missing, and names moved apart where they would overlap."""
-        face, theme, box = text.font(CHART_FONT), colours(), self.area
-        x, y, ink = box.right() + 8, box.bottom() + 12, QColor(theme.muted)
+        face, theme, box = text_size.font(CHART_FONT), colours(), self.area
+        x, y, ink = box.right() + 8, box.bottom() + text_size.pixels(12), QColor(theme.muted)
         text.draw_text(painter, x, y, "s", face=face, ink=ink)
         if self.probability_trace is None:
             message = text.elided(self.missing, face, box.width() - 8)
             x, y, ink = box.center().x(), self.spot(0, 0.25).y(), QColor(theme.on_unlabelled)
             text.draw_text(painter, x, y, message, face=face, ink=ink, align=0.5)
         named = sorted((self.spot(0, value).y(), action) for value, action in self._named)
-        named = named[: max(int(box.height() // NAME_SPACING) + 1, 1)]
+        spacing = text_size.pixels(NAME_SPACING)
+        named = named[: max(int(box.height() // spacing) + 1, 1)]
         heights: list[float] = []
         for y, _ in named:
-            heights.append(max(y, heights[-1] + NAME_SPACING) if heights else y)
+            heights.append(max(y, heights[-1] + spacing) if heights else y)
         lowest = box.bottom()
         for i in reversed(range(len(heights))):
             heights[i] = min(heights[i], lowest)
-            lowest = heights[i] - NAME_SPACING
+            lowest = heights[i] - spacing
         for (y, action), height in zip(named, heights, strict=True):
-            swatch = QRectF(box.right() + 12, height - 4, 9, 9)
+            side = text_size.pixels(9)
+            swatch = QRectF(box.right() + 12, height - side / 2 + 0.5, side, side)
             painter.setPen(QPen(QColor(theme.frame), 0.8))
             painter.drawLine(QLineF(box.right(), y, swatch.left() - 2, height))
             paint_swatch(painter, swatch, style_of(self._vocabulary, action))
@@ -332,6 +341,11 @@ class BandMap(Plot):
         self.box.invertY()
         self._bars = self.add_box()
 
+    def fit_text(self) -> None:
+        self.setFixedHeight(self.sizeHint().height())
+        super().fit_text()
+        self.redraw()
+
     def set_why(self, why: Explanation | None) -> None:
         self.why = why
         self.setAccessibleDescription("" if why is None else strongest_bands(why))
@@ -341,25 +355,29 @@ class BandMap(Plot):
 
     def sizeHint(self) -> QSize:
         rows = 8 if self.why is None else len(self.why.hertz)
-        return QSize(320, round(HEAD_HEIGHT + min(max(rows * 15, 90), 240) + BARS_HEIGHT))
+        height = HEAD_HEIGHT + min(max(rows * 15, 90), 240) + BARS_HEIGHT
+        return QSize(320, round(text_size.pixels(height)))
 
     # Where things are
 
     @property
     def margins(self) -> tuple[float, float, float, float]:
-        return MAP_LEFT, HEAD_HEIGHT, self._legend, BARS_HEIGHT
+        left, top, bottom = map(text_size.pixels, (MAP_LEFT, HEAD_HEIGHT, BARS_HEIGHT))
+        return left, top, self._legend, bottom
 
     @property
     def _legend(self) -> float:
         names = () if self.why is None else (self.why.favoured, self.why.against)
         texts = [f"for {name}" for name in names]
-        needed = text.widest(texts, text.font(MAP_FONT)) + 14
-        return min(max(needed, LEGEND_WIDTH), max(BAR_SHARE * self.width(), LEGEND_WIDTH))
+        needed = text.widest(texts, text_size.font(MAP_FONT)) + 14
+        least = text_size.pixels(LEGEND_WIDTH)
+        return min(max(needed, least), max(BAR_SHARE * self.width(), least))
 
     def place(self) -> None:
         super().place()
         area = self.area
-        self._bars.setGeometry(area.left(), area.bottom() + 6, area.width(), BARS_HEIGHT - 22)
+        height = text_size.pixels(BARS_HEIGHT - 22)
+        self._bars.setGeometry(area.left(), area.bottom() + 6, area.width(), height)
 
     def cell(self, channel: int, scale: int) -> QRectF:
         return QRectF(self.spot(channel, scale), self.spot(channel + 1, scale + 1))
@@ -388,8 +406,7 @@ class BandMap(Plot):
             return
         q, k = why.attribution.bands.shape
         self.show_all_of((0, q), (0, k))
-        height = (self.height() - HEAD_HEIGHT - BARS_HEIGHT) / k
-        step = max(1, math.ceil((MAP_FONT + 3) / height))
+        step = max(1, math.ceil(text_size.pixels(MAP_FONT + 3) / (self.area.height() / k)))
         hertz = [(j + 0.5, f"{why.hertz[j]:.3g}{'' if j else ' Hz'}") for j in range(0, k, step)]
         self.left.setTicks([hertz])
         columns, rows = (places.ravel() for places in np.indices((q, k)))
@@ -414,16 +431,23 @@ class BandMap(Plot):
         if why is None:
             return
         painter.setRenderHint(QPainter.RenderHint.TextAntialiasing)
-        face, small = text.font(MAP_FONT), text.font(NUMBER_FONT)
-        head, ink, muted = text.font(MAP_FONT, bold=True), QColor(theme.text), QColor(theme.muted)
+        face, small = text_size.font(MAP_FONT), text_size.font(NUMBER_FONT)
+        head, ink, muted = (
+            text_size.font(MAP_FONT, bold=True),
+            QColor(theme.text),
+            QColor(theme.muted),
+        )
         largest = float(np.abs(why.attribution.bands).max()) or 1.0
         marked = {(band.channel, band.hertz) for band in why.strongest() if band.weight}
-        foot = self.height() - 7.0
-        text.draw_text(painter, MAP_LEFT - 6, foot, "in all", face=face, ink=muted, align=1.0)
+        least = QSizeF(NUMBER_CELL_WIDTH, NUMBER_CELL_HEIGHT) * text_size.scale()
+        foot = self.height() - text_size.pixels(7)
+        text.draw_text(
+            painter, self.area.left() - 6, foot, "in all", face=face, ink=muted, align=1.0
+        )
         for i, channel in enumerate(why.channels):
             for j, hertz in enumerate(why.hertz.tolist()):
                 box, weight = self.cell(i, j), float(why.attribution.bands[i, j])
-                if box.width() >= NUMBER_CELL_WIDTH and box.height() >= NUMBER_CELL_HEIGHT:
+                if box.width() >= least.width() and box.height() >= least.height():
                     number, at = signed_log_odds(weight), box.center()
                     on = text.ink_on(balance_colour(weight / largest, theme.dark))
                     text.draw_text(painter, at.x(), at.y(), number, face=small, ink=on, align=0.5)
@@ -432,19 +456,24 @@ class BandMap(Plot):
                     painter.setPen(QPen(ink, 1.6))
                     painter.drawRect(box.adjusted(0.5, 0.5, -0.5, -0.5))
             box = self.cell(i, 0)
-            x, name = box.center().x(), text.elided_name(channel, head, box.width() - 4)
-            text.draw_text(painter, x, HEAD_HEIGHT / 2, name, face=head, ink=ink, align=0.5)
+            x, name = (
+                box.center().x(),
+                text.elided_name(channel, head, box.width() - 4, tuple(why.channels)),
+            )
+            middle = self.area.top() / 2
+            text.draw_text(painter, x, middle, name, face=head, ink=ink, align=0.5)
             number = signed_log_odds(float(why.attribution.channels[i]))
             text.draw_text(painter, x, foot, number, face=face, ink=ink, align=0.5)
         self._paint_legend(painter, why)
 
     def _paint_legend(self, painter: QPainter, why: Explanation) -> None:
         """From the strongest for to the strongest against, with both actions' names."""
-        theme, face = colours(), text.font(MAP_FONT)
+        theme, face = colours(), text_size.font(MAP_FONT)
         box, left = self.area, self.area.right() + 10
         largest = float(np.abs(why.attribution.bands).max())
         steps = 40
-        lower, upper = box.top() + MAP_FONT + 6, box.bottom() - MAP_FONT - 6
+        line = text_size.pixels(MAP_FONT)
+        lower, upper = box.top() + line + 6, box.bottom() - line - 6
         high = (upper - lower) / steps
         for step in range(steps):
             colour = balance_colour(1 - 2 * step / (steps - 1), theme.dark)
@@ -454,8 +483,8 @@ class BandMap(Plot):
             (lower, why.favoured, largest),
             (upper, why.against, -largest),
         ):
-            outside = y - MAP_FONT if y == lower else y + MAP_FONT
-            inside = y + MAP_FONT / 2 if y == lower else y - MAP_FONT / 2
+            outside = y - line if y == lower else y + line
+            inside = y + line / 2 if y == lower else y - line / 2
             name = text.elided_name(f"for {action}", face, room)
             text.draw_text(painter, left, outside, name, face=face, ink=theme.text)
             number = signed_log_odds(value)
@@ -490,7 +519,7 @@ class SegmentCard(QAbstractButton):
         return f"{self.neighbour.place.start:.2f}", f"{self.neighbour.distance:.1f}"
 
     def sizeHint(self) -> QSize:
-        return QSize(180, CARD_HEIGHT)
+        return QSize(180, round(text_size.pixels(CARD_HEIGHT)))
 
     def show_trace(self, trace: ForcePreview, span: tuple[float, float]) -> None:
         """Show the forces, drawn from `span`'s lower to its upper force, and the frame."""
@@ -515,7 +544,7 @@ class SegmentCard(QAbstractButton):
                 CARD_PADDING, CARD_PADDING, -CARD_PADDING, -CARD_PADDING
             )
             self._paint_line(painter, inside)
-            lower = inside.adjusted(0, CARD_NAME_FONT + 5, 0, 0)
+            lower = inside.adjusted(0, text_size.pixels(CARD_NAME_FONT) + 5, 0, 0)
             if self._frame is not None:
                 lower.setLeft(self._paint_frame(painter, lower, self._frame) + CARD_PADDING)
             if self.trace is not None and self.span is not None:
@@ -530,8 +559,8 @@ class SegmentCard(QAbstractButton):
         return place.right()
 
     def _paint_line(self, painter: QPainter, box: QRectF) -> None:
-        theme, y = colours(), box.top() + CARD_NAME_FONT / 2
-        face, small = text.font(CARD_NAME_FONT), text.font(CARD_FONT)
+        theme, y = colours(), box.top() + text_size.pixels(CARD_NAME_FONT) / 2
+        face, small = text_size.font(CARD_NAME_FONT), text_size.font(CARD_FONT)
         seconds, distance = self._numbers()
         far = f"d {distance}"
         when = f"{seconds} s"
@@ -573,20 +602,22 @@ class ColumnHeading(QWidget):
         themes().changed.connect(self.update)
 
     def sizeHint(self) -> QSize:
-        return QSize(160, 20)
+        return QSize(160, round(text_size.pixels(20)))
 
     def paintEvent(self, event: QPaintEvent) -> None:
         theme = colours()
         with QPainter(self) as painter:
             painter.setOpacity(1.0 if self.isEnabled() else FAINT)
-            paint_swatch(painter, QRectF(1, 4, 12, 12), self._style)
-            face, small = text.font(CARD_NAME_FONT, bold=True), text.font(CARD_FONT)
-            name = text.elided_name(self.action, face, max(self.width() - 18, 20))
-            text.draw_text(painter, 18, 10, name, face=face, ink=theme.text)
-            at = 18 + text.width(name, face) + 8
+            middle, left = self.height() / 2, text_size.pixels(18)
+            side = text_size.pixels(12)
+            paint_swatch(painter, QRectF(1, middle - side / 2, side, side), self._style)
+            face, small = text_size.font(CARD_NAME_FONT, bold=True), text_size.font(CARD_FONT)
+            name = text.elided_name(self.action, face, max(self.width() - left, 20))
+            text.draw_text(painter, left, middle, name, face=face, ink=theme.text)
+            at = left + text.width(name, face) + 8
             role = text.elided(self.role, small, self.width() - at)
             if len(role) > 1:
-                text.draw_text(painter, at, 10, role, face=small, ink=theme.muted)
+                text.draw_text(painter, at, middle, role, face=small, ink=theme.muted)
 
 
 class NearestSegments(QWidget):

@@ -91,7 +91,7 @@ class PairEntry:
 class ExtraRows:
     """Which rows stand below the pairs."""
 
-    stages: tuple[str, ...] = ()  # of Reviewed.stages
+    stages: tuple[str, ...] = ()  # of DemonstrationResult.stages
     coders: tuple[str, ...] = ()
 
     def lanes(self, reviewed: DemonstrationResult, tracks: Tracks) -> tuple[PairRow, ...]:

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QColor, QPainter, QPaintEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -28,6 +28,7 @@ from forcelab.gui.figures.pairs import TimelinePairs
 from forcelab.gui.figures.tracks import LabelStyle, Legend, styles_in_order
 from forcelab.gui.file_dialogs import ask_picture, save_picture
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.kit import text_size
 from forcelab.gui.layout import PageOrPlaceholder, page_layout, search_field
 from forcelab.gui.review.pair_entries import (
     ExtraRows,
@@ -176,6 +177,11 @@ class LegendStrip(QWidget):
         self._fit()
         self.update()
 
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.FontChange:
+            self._fit()
+
     def resizeEvent(self, event: QResizeEvent) -> None:
         self._fit()
 
@@ -183,14 +189,15 @@ class LegendStrip(QWidget):
         with QPainter(self) as painter:
             painter.fillRect(self.rect(), QColor(colours().background))
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            painter.scale(text_size.scale(), text_size.scale())
             self._legend.paint(painter, MARGIN, 6, colours())
 
     @property
     def _legend(self) -> Legend:
-        return Legend(self._styles, max(self.width() - 2 * MARGIN, 1.0))
+        return Legend(self._styles, max(self.width() / text_size.scale() - 2 * MARGIN, 1.0))
 
     def _fit(self) -> None:
-        height = round(self._legend.height) + 10
+        height = round(text_size.pixels(self._legend.height + 10))
         if height != self.minimumHeight():
             self.setFixedHeight(height)
             self.fitted.emit()
@@ -215,11 +222,11 @@ class LegendRoom(QScrollArea):
 
     def sizeHint(self) -> QSize:
         """All lines, if they are few."""
-        return QSize(160, min(self._legend.height(), self.MOST))
+        return QSize(160, min(self._legend.height(), round(text_size.pixels(self.MOST))))
 
     def minimumSizeHint(self) -> QSize:
         """One line: in a small window the timeline needs the room."""
-        return QSize(60, min(self._legend.height(), self.LEAST))
+        return QSize(60, min(self._legend.height(), round(text_size.pixels(self.LEAST))))
 
 
 class AxisStrip(QWidget):
@@ -230,7 +237,7 @@ class AxisStrip(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self._axis: Axis | None = None
-        self.setFixedHeight(self.HEIGHT)
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         self.setAccessibleName("Time axis of the pairs")
         themes().changed.connect(self.update)
 
@@ -241,7 +248,7 @@ class AxisStrip(QWidget):
         self.update()
 
     def sizeHint(self) -> QSize:
-        return QSize(400, self.HEIGHT)
+        return QSize(400, round(text_size.pixels(self.HEIGHT)))
 
     def paintEvent(self, event: QPaintEvent) -> None:
         with QPainter(self) as painter:
@@ -249,6 +256,7 @@ class AxisStrip(QWidget):
             text.ensure_application()
             if self._axis is not None:
                 painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+                painter.scale(text_size.scale(), text_size.scale())
                 draw_bottom(painter, self._axis, 0.5, "time (s)", colours())
 
 
@@ -281,6 +289,8 @@ class PairsView(QWidget):
         self._tracks: dict[str, dict[str, Segments]] = {}
         self._hidden: frozenset[str] = frozenset()
         self._vocabulary = Vocabulary()
+        #: Of the run's actions, as stored; None before they are read.
+        self._stored_styles: Vocabulary | None = None
         self._styles: Mapping[str, LabelStyle] = {}
         self.setAccessibleName("Timeline pairs")
         self.tools = PairsTools()
@@ -350,6 +360,7 @@ class PairsView(QWidget):
     def showEvent(self, event: QShowEvent) -> None:
         """Catch up with what happened while it was hidden."""
         super().showEvent(event)
+        self._stored_styles = None
         if self._stale or blind_demonstrations(self.document) != self._hidden:
             self._build()
         else:
@@ -362,7 +373,7 @@ class PairsView(QWidget):
 
     def _run_changed(self) -> None:
         self._jobs.cancel(TRACKS_JOB)
-        self._tracks = {}
+        self._tracks, self._stored_styles = {}, None
         self._build()
         self._read_all()
 
@@ -430,7 +441,9 @@ class PairsView(QWidget):
         document, run = self.document, self.document.review.run
         if run is None or document.project is None:
             return self._vocabulary  # pairs that are shown still keep their looks until they go
-        vocabulary = action_styles(document.project, run).with_actions(*self._actions())
+        if self._stored_styles is None:
+            self._stored_styles = action_styles(document.project, run)
+        vocabulary = self._stored_styles.with_actions(*self._actions())
         task = "" if document.demonstration is None else document.demonstration.task
         return with_keys(vocabulary, document.vocabulary, task=task, apart=run.apart)
 
@@ -517,6 +530,7 @@ class PairsView(QWidget):
             self.area.replace_entry(new)
 
     def _recolour(self) -> None:
+        self._stored_styles = None
         shown = self.isVisible() and self._entries
         if shown and self._current_vocabulary() != self._vocabulary:
             self._show()

@@ -43,6 +43,7 @@ from forcelab.gui.figures.pairs import (
     paint_pair,
 )
 from forcelab.gui.figures.tracks import LabelStyle, difference_box
+from forcelab.gui.kit import text_size
 from forcelab.gui.label.track_painting import outline
 from forcelab.gui.review.pair_entries import PairEntry
 from forcelab.gui.theme import colours, themes
@@ -341,14 +342,19 @@ class PairsList(QAbstractScrollArea):
 
     def minimumSizeHint(self) -> QSize:
         """One row: in a small window the timeline needs the room."""
-        return QSize(160, 46)
+        return QSize(160, round(text_size.pixels(46)))
 
     # What is shown
 
     @property
     def arrangement(self) -> PairsLayout:
+        """The rows at the usual text size: at another one all of them are painted so much larger.
+
+        Of the scroll bar and the viewport, one pixel is always a pixel of the screen.
+        """
         if self._layout is None:
-            self._layout = PairsLayout(self.entries, self.viewport().width(), self.stretched)
+            width = self.viewport().width() / text_size.scale()
+            self._layout = PairsLayout(self.entries, width, self.stretched)
         return self._layout
 
     def replace_entry(self, new: PairEntry) -> None:
@@ -375,31 +381,37 @@ class PairsList(QAbstractScrollArea):
         page = self.viewport().height()
         bar = self.verticalScrollBar()
         bar.setPageStep(page)
-        bar.setRange(0, max(0, round(self.arrangement.height) - page))
+        bar.setRange(0, max(0, round(text_size.pixels(self.arrangement.height)) - page))
 
     # Painting
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        layout, area = self.arrangement, event.rect()
+        layout, area, scale = self.arrangement, event.rect(), text_size.scale()
         with QPainter(self.viewport()) as painter:
             offset = self.verticalScrollBar().value()
             painter.fillRect(area, QColor(colours().background))
             # Its room is no row's, so that it waits for none.
             if layout.first_proposal is not None:
-                self._paint_heading(painter, layout.tops[layout.first_proposal] - offset)
+                painter.save()
+                painter.translate(0, -offset)
+                painter.scale(scale, scale)
+                self._paint_heading(painter, layout.tops[layout.first_proposal])
+                painter.restore()
             ratio, end = self.devicePixelRatioF(), perf_counter() + PAINT_BUDGET
             painted = late = False
-            for row in layout.visible(area.top() + offset, area.bottom() + 1 + offset):
+            first, last = (area.top() + offset) / scale, (area.bottom() + 1 + offset) / scale
+            for row in layout.visible(first, last):
                 picture = self.pictures.known(self.entries[row].id)
                 if picture is None and painted and perf_counter() > end:
                     late = True
                     continue
                 if picture is None:  # one at least, however long the known ones take
                     picture, painted = self._painted(row), True
-                top = layout.tops[row] - offset
+                top = layout.tops[row] * scale - offset
                 painter.drawPixmap(QPointF(0, round(top * ratio) / ratio), picture)
                 painter.save()
                 painter.translate(0, top)
+                painter.scale(scale, scale)
                 painter.setRenderHint(QPainter.RenderHint.Antialiasing)
                 self._paint_marked(painter, row)
                 painter.restore()
@@ -408,13 +420,16 @@ class PairsList(QAbstractScrollArea):
 
     def _painted(self, row: int) -> QPixmap:
         """The picture of a row, painted anew and kept."""
-        box, ratio = self.arrangement.row_box(row), self.devicePixelRatioF()
-        picture = QPixmap(round(box.width() * ratio), round(box.height() * ratio))
+        box, scale = self.arrangement.row_box(row), text_size.scale()
+        ratio = self.devicePixelRatioF()
+        width, height = (round(side * scale * ratio) for side in (box.width(), box.height()))
+        picture = QPixmap(width, height)
         picture.setDevicePixelRatio(ratio)
         with QPainter(picture) as painter:
+            painter.scale(scale, scale)
             self._paint_row(painter, row)
         top, page = self.verticalScrollBar().value(), self.viewport().height()
-        in_view = self.arrangement.visible(top, top + page)
+        in_view = self.arrangement.visible(top / scale, (top + page) / scale)
         self.pictures.put(self.entries[row].id, picture, len(in_view))
         return picture
 
@@ -495,7 +510,7 @@ class PairsList(QAbstractScrollArea):
             )
 
     def _paint_heading(self, painter: QPainter, bottom: float) -> None:
-        theme, width = colours(), self.viewport().width()
+        theme, width = colours(), self.arrangement.width
         box = QRectF(0, bottom - HEADING_HEIGHT, width, HEADING_HEIGHT)
         painter.fillRect(box.adjusted(0, 10, 0, 0), QColor(theme.panel))
         head, face = "Proposals", text.font(bold=True)
@@ -522,6 +537,11 @@ class PairsList(QAbstractScrollArea):
         if self._cursor_at is not None:  # what is drawn moves along
             self._cursor_at.translate(dx, dy)
         self.viewport().scroll(dx, dy)
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.FontChange:
+            self.repaint_all()
 
     def focusInEvent(self, event: QFocusEvent) -> None:
         super().focusInEvent(event)
@@ -565,10 +585,11 @@ class PairsList(QAbstractScrollArea):
         """Around the cursor, in the viewport; None where it is not shown."""
         for row, entry in enumerate(self.entries):
             if entry.id == self.document.id:
-                box = self.arrangement.row_box(row)
-                x = round(self.arrangement.axis(entry).at(self.document.view.cursor))
-                top = int(box.top()) - self.verticalScrollBar().value()
-                return QRect(x - CURSOR_MARGIN, top, 2 * CURSOR_MARGIN + 1, int(box.height()) + 2)
+                box, scale = self.arrangement.row_box(row), text_size.scale()
+                x = round(self.arrangement.axis(entry).at(self.document.view.cursor) * scale)
+                top = int(box.top() * scale) - self.verticalScrollBar().value()
+                margin, height = round(CURSOR_MARGIN * scale), int(box.height() * scale) + 2
+                return QRect(x - margin, top, 2 * margin + 1, height)
         return None
 
     def _open_changed(self) -> None:
@@ -614,7 +635,8 @@ class PairsList(QAbstractScrollArea):
             self.reveal(self.row)
 
     def hit_at(self, point: QPointF) -> Hit | None:
-        return hit_test(self.arrangement, point + QPointF(0, self.verticalScrollBar().value()))
+        at = point + QPointF(0, self.verticalScrollBar().value())
+        return hit_test(self.arrangement, at / text_size.scale())
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         hit = self.hit_at(event.position())
@@ -676,14 +698,15 @@ class PairsList(QAbstractScrollArea):
 
     def reveal(self, row: int) -> None:
         box, bar = self.arrangement.row_box(row), self.verticalScrollBar()
-        if box.top() < bar.value():
-            bar.setValue(round(box.top()))
-        elif box.bottom() > bar.value() + self.viewport().height():
-            bar.setValue(round(box.bottom()) - self.viewport().height())
+        top, bottom = text_size.pixels(box.top()), text_size.pixels(box.bottom())
+        if top < bar.value():
+            bar.setValue(round(top))
+        elif bottom > bar.value() + self.viewport().height():
+            bar.setValue(round(bottom) - self.viewport().height())
 
     @property
     def _page(self) -> int:
-        height = self.arrangement.row_height(self.row)
+        height = text_size.pixels(self.arrangement.row_height(self.row))
         return max(1, int(self.viewport().height() // height))
 
     def _go_to(self, row: int, mark: int | None) -> None:

@@ -157,10 +157,10 @@ class AcceptButtons(QWidget):
 
 RANKING_JOB = "proposals"
 COLUMNS = (
-    TableColumn("demonstration", number=False),
-    TableColumn("uncertainty", number=False),
-    TableColumn("probably wrong"),
-    TableColumn("labelled"),
+    TableColumn("Demonstration", number=False),
+    TableColumn("Uncertainty", number=False),
+    TableColumn("Probably wrong"),
+    TableColumn("Labelled"),
 )
 #: The column with a bar, and how wide it is in pixels, so that bars can be compared.
 UNCERTAINTY_COLUMN, BAR_WIDTH = 1, 140
@@ -245,11 +245,18 @@ class ProposalsView(QWidget):
             self.table.horizontalHeader().resizeSection(UNCERTAINTY_COLUMN, BAR_WIDTH)
         self.order.setVisible(bool(rows))
         self.order.setText(
-            "All of these are labelled by now. Train again with them."
+            self._finished_text()
             if rows and rows[0].id in done
             else "The most uncertain comes first."
         )
         self.pages.say("" if rows else self._missing(blind))
+
+    def _finished_text(self) -> str:
+        """The line above the list once all of it is labelled by the coder."""
+        run = self.document.review.run
+        if run is None or run.author == self.document.author:
+            return "All of these are labelled by now. Train again with them."
+        return f"You have labelled all of these by now; this run learnt from {run.author}'s labels."
 
     def _row(self, proposal: Proposal, labelled: float | None) -> TableRow:
         cells = (

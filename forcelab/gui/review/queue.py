@@ -134,7 +134,7 @@ class QueueLoader(QObject):
         self._jobs.run(job, partial(self._done, self._changes), key=QUEUE_JOB)
 
     def _author_changed(self) -> None:
-        """Another coder may be blind to what is shown."""
+        """Show what another coder may see, who may be blind to what is shown."""
         self._forget_blind()
         self.track_changed()
 

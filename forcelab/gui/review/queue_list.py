@@ -73,7 +73,7 @@ SECTION_TEXTS = {
         "Suspected coding errors",
         "A recogniser that has not seen them contradicts, where it is usually right.",
     ),
-    "actions": ("Wrong actions", "Both see an action, but not the same one."),
+    "actions": ("Wrong actions", "Both see an action, not the same one: human → model."),
     "missed": ("Missed by the model", "Labelled, and the model sees nothing."),
     "boundaries": (
         "Boundaries only",
@@ -187,7 +187,7 @@ class QueueModel(QAbstractListModel):
         self._heads = tuple(accumulate(rows, initial=0))
 
     def where(self, row: int) -> tuple[int, int]:
-        """Of which section a row is, and which of its items; -1 for its heading."""
+        """The section of a row, and the item in it; -1 for the heading."""
         number = bisect_right(self._heads, row) - 1
         return number, row - self._heads[number] - 1
 

@@ -130,8 +130,11 @@ class ReviewTab(QWidget):
         }
 
     def _missing_run(self) -> str:
-        run = self.document.review.run
-        return "" if run is not None else "There is nothing to review yet; train first, with F5."
+        if self.document.review.run is not None:
+            return ""
+        if self.trainer.training:
+            return "A recogniser is being trained; there is something to review when it is."
+        return "There is nothing to review yet; train first, with F5."
 
     def _nothing_to(self, kind: Literal["undo", "redo"]) -> str:
         document, project = self.document, self.document.project

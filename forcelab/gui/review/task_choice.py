@@ -22,11 +22,11 @@ from forcelab.gui.review.trainer import (
     Trainer,
     default_author,
     default_folds,
-    task_text,
 )
 from forcelab.gui.review.training_preferences import TrainingChoice
 from forcelab.gui.widgets import NAME_CHARACTERS, ElidedComboBox
 from forcelab.recognition.groups import GROUPS
+from forcelab.text import task_text
 
 
 class TaskChoiceDialog(QDialog):

@@ -24,10 +24,11 @@ from forcelab.gui.layout import (
     toned_label,
 )
 from forcelab.gui.review.tradeoff_plot import Point, TradeoffPlot
-from forcelab.gui.review.trainer import MEASURING, Trainer, default_author, task_text
+from forcelab.gui.review.trainer import MEASURING, Trainer, default_author
 from forcelab.gui.widgets import ElidedComboBox, ElidedLabel
 from forcelab.jobs import Progress
 from forcelab.measure.rows import Row, Table, with_front
+from forcelab.text import task_text
 
 if TYPE_CHECKING:
     from forcelab.measure.recognition import Measured

@@ -16,6 +16,7 @@ from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import free_place, place_along
 from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.figures.tradeoff import mark_path, mark_style
+from forcelab.gui.kit import text_size
 from forcelab.gui.kit.plot import Plot
 from forcelab.gui.theme import colours
 from forcelab.gui.widgets import ARROW_STEPS, ENTER_KEYS, is_plain
@@ -229,4 +230,4 @@ class TradeoffPlot(Plot):
 
 def _font(point: Point) -> QFont:
     """The font of a name; presets are bold."""
-    return text.font(NAME, bold=point.kind == "preset")
+    return text_size.font(NAME, bold=point.kind == "preset")

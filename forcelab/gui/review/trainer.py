@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -21,7 +20,7 @@ from forcelab.gui.review.training_backend import Backend, SettingsAndChoice
 from forcelab.gui.review.training_preferences import PRESET, TrainingChoice
 from forcelab.labels import Segments, is_model
 from forcelab.recognition.groups import default_fold_count
-from forcelab.text import counted
+from forcelab.text import counted, task_text
 
 if TYPE_CHECKING:
     from forcelab.project import Project, RunSummary
@@ -37,11 +36,6 @@ OWN_MINIMUM = 2
 #: A demonstration is complete whose labels last so large a share of what another coder labelled of
 #: it; of one that nobody else labelled, of its length.
 COMPLETE_SHARE = 0.5
-
-
-def task_text(task: str) -> str:
-    """A task on the screen; demonstrations may be of none."""
-    return task or "no task"
 
 
 def default_folds(document: Document, tasks: Sequence[str], author: str | None) -> int:
@@ -177,7 +171,7 @@ class EditCounter(QObject):
         self.edits = None
 
     def count(self) -> None:
-        self._at = time.monotonic()
+        self._at = monotonic()
         project, edits = self._document.project, None
         if project is not None and self._document.review.run is not None:
             from forcelab.gui.review.reviewed_run import (
@@ -200,7 +194,7 @@ class EditCounter(QObject):
     def _tracks_changed(self) -> None:
         """Count soon; the same track with other segments is an edit."""
         before, self._track = self._track, self._painted()
-        wait = self._at + COUNT_DELAY / 1000 - time.monotonic()
+        wait = self._at + COUNT_DELAY / 1000 - monotonic()
         if wait <= 0:
             self.count()
         elif not self._later.isActive():
@@ -289,9 +283,9 @@ class Trainer(QObject):
     @property
     def choice(self) -> TrainingChoice:
         """What a recogniser is trained on; without an author, the coder's own labels come first."""
-        if self._choice is not None:
-            return self._choice
-        return training_preferences.recall_choice(self._path or Path(), self.task)
+        if self._choice is None:
+            self._choice = training_preferences.recall_choice(self._path or Path(), self.task)
+        return self._choice
 
     @property
     def preset_used(self) -> tuple[str, bool]:
@@ -604,7 +598,7 @@ class Trainer(QObject):
         self.step, self.step_history, self.trouble = None, [], ""
         self._automatic_runs.begin()
         self.document.review.set_training(True)
-        name = " + ".join(task or "no task" for task in self.choice.tasks)
+        name = " + ".join(map(task_text, self.choice.tasks))
         self.jobs.run(
             self._backend.train(self._path, self._builder(), name, self.step_history),
             self._trained,
@@ -676,7 +670,7 @@ class Trainer(QObject):
         project = self.document.project
         self._path = None if project is None else project.path
         if self._path is not None:
-            self.task = next(iter(self.tasks), "")
+            self.task, self._choice = next(iter(self.tasks), ""), None
             self.automatic = training_preferences.recall_automatic(self._path)
             self.list_runs()
         self.changed.emit()

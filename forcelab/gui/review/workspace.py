@@ -231,10 +231,13 @@ class ReviewWorkspace(QWidget):
         filmed = demonstration is not None and demonstration.video is not None
         self._video.setVisible(filmed)
         self._place.setVisible(demonstration is not None)
+        self._run_changed()
 
     def _run_changed(self) -> None:
-        """Give the timeline the room of the pairs while there is no run to show them of."""
-        self._left.set_empty(self.pairs, EMPTY_LINES if self.document.review.run is None else 0)
+        """Give the timeline, if there is one, the room of pairs that are of no run."""
+        document = self.document
+        yields = document.review.run is None and document.demonstration is not None
+        self._left.set_empty(self.pairs, EMPTY_LINES if yields else 0)
 
     def _listing_changed(self) -> None:
         """Say what comes first where there is nothing to train on."""

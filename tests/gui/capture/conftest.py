@@ -4,6 +4,8 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
+from factories import cached_project
+from window_helpers import painted_once
 
 from forcelab.gui.capture.controller import CaptureState
 from forcelab.gui.launch_options import LaunchOptions
@@ -30,10 +32,11 @@ def make_study(path):
 def open_window(study, until):
     """The window with the Capture workspace in front."""
     window = Window("Ann", remembering=False)
-    window.resize(1100, 700)
-    window.show()
-    window.begin(LaunchOptions(project=study, workspace="capture"))
-    until(lambda: window.settled)
+    with painted_once(window):
+        window.resize(1100, 700)
+        window.show()
+        window.begin(LaunchOptions(project=study, workspace="capture"))
+        until(lambda: window.settled)
     yield window
     window.close()
 
@@ -62,7 +65,7 @@ def _nothing_else_is_plugged_in():
 
 @pytest.fixture
 def study(tmp_path):
-    return make_study(tmp_path / "study.forcelab")
+    return cached_project(make_study, tmp_path / "study.forcelab")
 
 
 @pytest.fixture

@@ -103,28 +103,20 @@ def test_a_device_that_is_plugged_in_gets_a_calibration_and_keeps_it(page, monke
     assert sources.devices == ("optoforce:/dev/ttyACM7",)
 
 
-def test_counts_are_warned_of_as_long_as_the_device_is_connected(connected):
-    assert "is not calibrated" in connected.status.alarms.text()
-    assert "raw counts" in connected.status.alarms.text()
-    assert connected.status.alarms.isVisible()
-
-
-def test_the_names_of_connected_devices_can_be_read(app, connected):
-    rows = connected.device_list.rows
+def test_only_what_is_connected_is_shown_to_be_read_and_counts_are_warned_of(app, connected):
+    page = connected
+    assert "is not calibrated" in page.status.alarms.text()
+    assert "raw counts" in page.status.alarms.text()
+    assert page.status.alarms.isVisible()
+    rows, ticked = page.device_list.rows, page.device_list.devices
+    page.device_list._show_found(((FoundPort("/dev/x", "text", "a scale", None, None, True),), ()))
+    shown = [rows.name_of(item) for item in rows.all_items() if not item.isHidden()]
+    assert shown == list(ticked)
     assert not rows.isEnabled()
     for choice in ("dark", "light"):
         theme.use_theme(app, choice)
         ink = rows.palette().color(QPalette.ColorRole.Text)
         assert contrast(ink, rows.palette().color(QPalette.ColorRole.Base)) >= 4.5
-
-
-def test_what_is_found_after_connecting_shows_only_what_is_connected(connected):
-    page = connected
-    ticked = page.device_list.devices
-    page.device_list._show_found(((FoundPort("/dev/x", "text", "a scale", None, None, True),), ()))
-    rows = page.device_list.rows
-    shown = [rows.name_of(item) for item in rows.all_items() if not item.isHidden()]
-    assert shown == list(ticked)
 
 
 @pytest.fixture

@@ -8,9 +8,13 @@ from PySide6.QtGui import QGuiApplication, QImage, QPainter
 
 from forcelab.gui import settings
 from forcelab.gui.capture.controller import CaptureState
-from forcelab.gui.capture.live_model import RECOGNISING, LoadedRecogniser, RecogniserSelection
 from forcelab.gui.capture.live_plot import GUTTER
 from forcelab.gui.capture.live_scalogram import DRAWING
+from forcelab.gui.capture.recognition_controller import (
+    RECOGNISING,
+    LoadedRecogniser,
+    RecogniserSelection,
+)
 from forcelab.gui.capture.recognition_panel import latency_budget_text
 from forcelab.live.recognition import LiveRecognition, latency_budget
 from forcelab.project import Project, Provenance
@@ -98,7 +102,7 @@ def choose(page, row):
 
 
 def labelled(page):
-    snapshot = page.controller.live_model.track.snapshot
+    snapshot = page.controller.recognition.track.snapshot
     return snapshot is not None and snapshot.until == snapshot.until
 
 
@@ -113,7 +117,7 @@ def test_a_recorded_demonstration_is_labelled_while_it_plays(window, until, tmp_
     until(lambda: page.controller.phase is CaptureState.READY)
     choose(page, 1)
     until(lambda: labelled(page))
-    live = page.controller.live_model
+    live = page.controller.recognition
     until(lambda: {s.action for s in live.track.snapshot.segments} >= {"grab", "hold"})
     choose(page, 0)
     page.connect_button.click()
@@ -138,9 +142,9 @@ def test_the_stream_is_labelled_and_the_track_is_kept_as_a_prediction(
     until(lambda: labelled(page))
     assert page.recognition.isVisible()
     assert page.live_view.minimumSizeHint().height() > height  # a row for what is predicted
-    until(lambda: len(page.controller.live_model.delays) > 5)
+    until(lambda: len(page.controller.recognition.delays) > 5)
     # No label is there sooner than was asked for; when samples came is not known better at first.
-    assert np.median(page.controller.live_model.delays) >= 0.12 - 0.04
+    assert np.median(page.controller.recognition.delays) >= 0.12 - 0.04
     window.commands["record"].trigger()
     until(lambda: page.controller.recording)
     assert not page.recogniser.which.isEnabled()
@@ -148,7 +152,7 @@ def test_the_stream_is_labelled_and_the_track_is_kept_as_a_prediction(
     window.grab()  # draws rows, bars and texts
     text = page.recognition.current_action.accessibleName().removeprefix("Current action: ")
     assert text in ("still", "grab", "hold", "release")
-    snapshot = page.controller.live_model.track.snapshot
+    snapshot = page.controller.recognition.track.snapshot
     assert sum(snapshot.probabilities) == pytest.approx(1.0)
     window.commands["record"].trigger()
     until(lambda: page.controller.phase is CaptureState.READY)
@@ -173,7 +177,7 @@ def test_the_stream_is_labelled_and_the_track_is_kept_as_a_prediction(
 
 def test_a_recogniser_that_learnt_newtons_says_so_of_raw_counts(window, connected, until):
     choose(connected, 1)
-    until(lambda: connected.controller.live_model.loaded is not None)
+    until(lambda: connected.controller.recognition.loaded is not None)
     until(lambda: "learnt it in N" in connected.status.alarms.text())
     choose(connected, 0)
     until(lambda: "learnt it in N" not in connected.status.alarms.text())
@@ -321,9 +325,9 @@ def test_what_a_latency_costs_a_recogniser_that_looks_in_windows_is_said():
 def test_a_filter_that_contradicts_what_is_likeliest_is_named(window, connected, until):
     page = connected
     choose(page, 1)
-    until(lambda: page.controller.live_model.loaded is not None)
-    present, live_model = page.recognition.current_action, page.controller.live_model
-    actions = live_model.loaded.recogniser.actions
+    until(lambda: page.controller.recognition.loaded is not None)
+    present, recognition = page.recognition.current_action, page.controller.recognition
+    actions = recognition.loaded.recogniser.actions
     known = (0.1, 0.85, *[0.0] * (len(actions) - 2))
     assert present.decision_note(actions[0], known) == "as the filters decide"
     assert present.decision_note("", known) == "as the filters decide"

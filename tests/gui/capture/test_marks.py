@@ -5,7 +5,7 @@ from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
-from forcelab.capture.assemble import LiveMarks, marks_track
+from forcelab.capture.live_marks import LiveMarks, marks_track
 from forcelab.gui.capture.marks import EventTimes, HeldKeys
 from forcelab.vocabulary import Vocabulary
 

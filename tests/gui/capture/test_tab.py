@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QMessageBox, QTabWidget
 from window_helpers import status_messages
 
 from forcelab.capture.journal import read_journal
-from forcelab.capture.save import save
+from forcelab.capture.save import save, unfinished_journals
 from forcelab.gui.capture.controller import CaptureState
 from forcelab.project import Project
 
@@ -43,7 +43,9 @@ def answer(monkeypatch, role):
     return texts
 
 
-def test_tab_title_and_status_bar_say_what_is_recorded(window, recording, until):
+def test_tab_title_and_status_bar_say_what_is_recorded_and_nobody_is_asked_after_it(
+    window, recording, until, monkeypatch
+):
     assert tab_text(window) == "● Capture"
     assert window.windowTitle().startswith("● recording 'LEGO 01'")
     line = window.capture.indicator
@@ -60,6 +62,10 @@ def test_tab_title_and_status_bar_say_what_is_recorded(window, recording, until)
     until(line.isHidden)
     assert tab_text(window) == "Capture"
     assert "●" not in window.windowTitle()
+    texts = answer(monkeypatch, QMessageBox.ButtonRole.RejectRole)
+    window.commands["quit"].trigger()
+    assert not texts
+    assert not window.isVisible()
 
 
 def test_who_closes_the_window_while_recording_is_asked(window, recording, study, monkeypatch):
@@ -78,6 +84,7 @@ def test_who_closes_the_window_while_recording_is_asked(window, recording, study
     texts = answer(monkeypatch, QMessageBox.ButtonRole.AcceptRole)
     window.close()
     assert not window.isVisible()
+    assert unfinished_journals(study) == ()
     with Project.open(study) as project:
         assert [info.name for info in project.demonstrations.infos()] == ["LEGO 01"]
 
@@ -127,13 +134,6 @@ def test_who_closes_the_window_on_a_disk_that_stays_away_is_told_where_the_recor
     assert f"All of the recording is in '{journal}'" in warnings[0]
     away.rename(study)
     assert save(study, read_journal(journal)).samples > 20
-
-
-def test_nobody_is_asked_where_nothing_is_recorded(window, connected, monkeypatch):
-    texts = answer(monkeypatch, QMessageBox.ButtonRole.RejectRole)
-    window.commands["quit"].trigger()
-    assert not texts
-    assert not window.isVisible()
 
 
 def test_keys_for_what_capture_hides_do_nothing_while_it_is_in_front(window, recording, until):

@@ -1,7 +1,5 @@
 """The Capture workspace in the whole window, with virtual devices on real pseudo-terminals."""
 
-import sys
-from subprocess import run
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,7 +11,7 @@ from PySide6.QtWidgets import QMessageBox, QVBoxLayout, QWidget
 from forcelab.capture.camera import CameraState
 from forcelab.capture.journal import encode_header
 from forcelab.capture.recorder import Recorder
-from forcelab.capture.save import CAPTURES, unfinished_journals
+from forcelab.capture.save import CAPTURES
 from forcelab.gui.capture.controller import CaptureState
 from forcelab.gui.capture.workspace import CameraView
 from forcelab.gui.launch_options import LaunchOptions
@@ -239,17 +237,6 @@ def test_what_the_disk_refuses_is_an_alarm_and_is_kept(window, connected, until,
         assert d.gaps == ()
 
 
-def test_a_window_that_is_closed_while_recording_keeps_the_recording(
-    window, connected, until, study
-):
-    start_recording(window, connected, until)
-    window.close()
-    assert unfinished_journals(study) == ()
-    with Project.open(study) as project:
-        [info] = project.demonstrations.infos()
-        assert len(project.demonstrations.load(info.id).times) > 40
-
-
 def test_a_window_that_is_closed_while_connecting_leaves_nothing_open(window, tongs):
     page = window.capture.workspace
     page.device_list.add(f"optoforce:{tongs.port}")
@@ -319,15 +306,6 @@ def test_an_unfinished_recording_is_offered_and_recovered(app, study, tongs, unt
         assert [info.name for info in window.document.infos] == ["LEGO 01"]
     finally:
         window.close()
-
-
-def test_no_driver_and_no_transform_is_loaded_before_its_view_is_shown():
-    script = (
-        "import sys, forcelab.gui.capture.tab, forcelab.gui.label.scalogram;print(*sys.modules)"
-    )
-    done = run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    late = {"serial", "cv2", "forcelab.capture.recorder", "scipy", "scipy.fft", "sklearn"}
-    assert not late & set(done.stdout.split())
 
 
 def test_long_names_of_tasks_and_actions_are_cut_where_that_is_seen(window, until):

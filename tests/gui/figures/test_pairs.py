@@ -90,7 +90,7 @@ def test_a_veil_lies_where_its_action_is_improbable_and_on_no_unlabelled_time(sh
         action = next((s.action for s in track if s.start <= time < s.end), None)
         share = shares[int(time // 2)]
         probability = {"grab": share, "hold": 1 - share, "release": 0.0, None: 1.0}[action]
-        assert fade_at(fades, AXIS.at(time)) == pytest.approx(opacity(probability), abs=0.1), time
+        assert abs(fade_at(fades, AXIS.at(time)) - opacity(probability)) <= 0.1, time
 
 
 def test_what_the_recogniser_does_not_know_is_not_veiled():
@@ -131,16 +131,6 @@ def test_lanes_lie_below_the_pair_and_have_captions(tmp_path):
     for caption in ("human", "predicted", "raw", "Bob & co"):
         assert words.count(caption) == 2
     assert any("Lighter: less probable." in line for line in words)
-
-
-def test_predictions_are_veiled_and_coders_are_not():
-    drawn, sure = rich(), rich(probability_trace=None)
-    boxes = drawn.boxes(0)
-    veiled = rgb("grab") + (255 - rgb("grab")) * opacity(0.5)
-    assert np.abs(pixel_at(drawn, boxes.predicted, 2.0) - veiled).max() <= 3
-    for human in (boxes.human, boxes.lanes[1]):
-        assert np.abs(pixel_at(drawn, human, 2.0) - rgb("grab")).max() <= 2
-    assert np.abs(pixel_at(sure, boxes.predicted, 2.0) - rgb("grab")).max() <= 2
 
 
 def test_marks_lie_between_the_bars_where_they_differ():

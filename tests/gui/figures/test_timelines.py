@@ -9,6 +9,7 @@ from PySide6.QtGui import QColor
 from window_helpers import pixels
 
 from forcelab.errors import InputError
+from forcelab.gui.figures import text
 from forcelab.gui.figures.pairs import Pair, TimelinePairs
 from forcelab.labels import Segment
 from forcelab.vocabulary import Action, Vocabulary
@@ -25,11 +26,12 @@ def rgb(colour):
     return np.array(QColor(colour).getRgb()[:3])
 
 
-def strip(drawn, row=0, *, predicted=False, scale=4.0, height=0.2):
+def strip(drawn, row=0, *, predicted=False, scale=4.0, height=0.2, picture=None):
     """The pixels along a track, above its numbers, and the time of each in seconds."""
     boxes = drawn.boxes(row)
     box = boxes.predicted if predicted else boxes.human
-    line = pixels(drawn.image(scale))[int((box.top() + height * box.height()) * scale)]
+    picture = pixels(drawn.image(scale)) if picture is None else picture
+    line = picture[int((box.top() + height * box.height()) * scale)]
     x = np.arange(int(box.left() * scale) + 4, int(box.right() * scale) - 3)
     axis = drawn.axis
     share = ((x + 0.5) / scale - axis.begin) / (axis.finish - axis.begin)
@@ -48,8 +50,9 @@ def test_every_time_has_the_colour_of_its_action_and_white_where_unlabelled(data
         if action
     ]
     drawn = figure(human=segments, predicted=segments)
+    picture = pixels(drawn.image(4.0))
     for predicted in (False, True):
-        colours, times = strip(drawn, predicted=predicted)
+        colours, times = strip(drawn, predicted=predicted, picture=picture)
         clear = np.abs(times[:, None] - np.array(edges)).min(axis=1) > 0.02
         expected = np.full(colours.shape, 255)
         for segment in segments:
@@ -256,3 +259,16 @@ def svg_text(folder):
     """All texts of a saved figure."""
     texts = ET.parse(folder / "f.svg").getroot().iter("{http://www.w3.org/2000/svg}text")
     return "".join(f"{(''.join(text.itertext())).strip()}|" for text in texts)
+
+
+def test_names_that_differ_in_their_middle_only_are_cut_where_they_do(app):
+    axes = [
+        f"{side} {kind} {axis}, filtered and zeroed"
+        for side in ("left", "right")
+        for kind in ("force", "torque")
+        for axis in "xyz"
+    ]
+    for room in (60.0, 80.0, 110.0):
+        shown = [text.elided_name(name, text.font(10), room, tuple(axes)) for name in axes]
+        assert len(set(shown)) == len(axes), shown
+        assert all(text.width(name, text.font(10)) <= room for name in shown)

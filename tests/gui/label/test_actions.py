@@ -38,19 +38,14 @@ def test_a_row_for_each_action_with_what_the_track_has_of_it(view, document, unt
     assert spoken == "grab, key 1, 3 segments, 1.8 seconds"
 
 
-def test_a_click_takes_up_the_brush_and_another_puts_it_down(view, document):
+def test_a_click_takes_up_the_brush_and_another_puts_it_down(view, document, messages):
     click(view, 1)
     assert document.action == "hold"
+    assert messages[-1][0].startswith("'hold' is the brush: every drag on your track paints it.")
     click(view, 0)
     assert document.action == "grab"
     click(view, 0)
     assert document.action is None
-
-
-def test_what_the_brush_paints_is_said(view, messages):
-    click(view, 1)
-    assert messages[-1][0].startswith("'hold' is the brush: every drag on your track paints it.")
-    click(view, 1)
     assert messages[-1] == ("No brush: a drag on your track asks for the action.", False)
 
 

@@ -88,19 +88,13 @@ def desk(document):
     desk.window.deleteLater()
 
 
-def test_press_to_begin_and_press_again_to_end(document, desk):
+def test_press_to_begin_and_again_to_end_and_another_key_does_both_at_once(document, desk):
     desk.tap(GRAB, 1.0)
     assert stored_rows(document) == []
-    desk.tap(GRAB, 2.0)
-    assert stored_rows(document) == [(1.0, 2.0, "grab")]
-    assert document.stroke is None
-
-
-def test_another_key_ends_one_and_begins_the_next_at_once(document, desk):
-    desk.tap(GRAB, 1.0)
     desk.tap(HOLD, 2.0)
     desk.tap(RELEASE, 3.0)
     desk.tap(RELEASE, 4.0)
+    assert document.stroke is None
     assert stored_rows(document) == [(1.0, 2.0, "grab"), (2.0, 3.0, "hold"), (3.0, 4.0, "release")]
 
 
@@ -185,13 +179,15 @@ def test_the_selected_segment_is_relabelled_also_from_afar(document, desk, curso
     assert document.stroke is None
 
 
-def test_a_segment_that_playback_has_left_is_not_relabelled(document, desk):
+@pytest.mark.parametrize("left", [False, True])
+def test_while_playing_a_selected_segment_is_not_relabelled_nor_after_it(document, desk, left):
     document.editor.paint(1.0, 2.0, "grab")
     document.view.seek(1.5)
     document.select(0)
     document.view.set_playing(True)
-    document.view.seek(5.0)
-    document.view.set_playing(False)
+    if left:
+        document.view.seek(5.0)
+        document.view.set_playing(False)
     desk.tap(HOLD)
     assert stored_rows(document) == [(1.0, 2.0, "grab")]
     assert document.stroke is not None
@@ -219,16 +215,6 @@ def test_keys_do_nothing_while_another_workspace_is_shown(document):
     assert keys.press("1")
     window.close()
     window.deleteLater()
-
-
-def test_while_playing_a_selected_segment_is_not_relabelled(document, desk):
-    document.editor.paint(1.0, 2.0, "grab")
-    document.view.seek(1.5)
-    document.select(0)
-    document.view.set_playing(True)
-    desk.tap(HOLD)
-    assert stored_rows(document) == [(1.0, 2.0, "grab")]
-    assert document.stroke is not None
 
 
 def test_a_stroke_that_is_on_is_ended_inside_a_selected_segment(document, desk):
@@ -303,13 +289,12 @@ def test_a_list_does_not_keep_the_keys_of_actions(document, desk):
     assert desk.list.currentRow() in (-1, 0)
 
 
-def test_keys_with_ctrl_or_without_an_action_are_left_to_others(document, desk):
+def test_keys_with_ctrl_or_without_an_action_are_left_to_others_and_the_keypad_counts(
+    document, desk
+):
     QTest.keyClick(desk.panel, GRAB, Qt.KeyboardModifier.ControlModifier)
     QTest.keyClick(desk.panel, Qt.Key.Key_Q)
     assert document.stroke is None
-
-
-def test_the_keypad_counts(document, desk):
     QTest.keyClick(desk.panel, GRAB, Qt.KeyboardModifier.KeypadModifier)
     assert document.stroke is not None
 

@@ -107,9 +107,6 @@ def test_dragging_elsewhere_shows_that_span(overview):
     assert span(overview) == near((13.0, 18.0))
     drag(overview, x_at(overview, 9.0), -50)  # it ends where the demonstration does
     assert span(overview) == near((0.0, 9.0))
-
-
-def test_with_the_whole_visible_dragging_chooses_a_span(overview):
     overview.document.view.fit()
     drag(overview, x_at(overview, 4.0), x_at(overview, 6.0))
     assert span(overview) == near((4.0, 6.0))

@@ -153,21 +153,18 @@ def test_what_is_taken_back_looks_as_it_did_and_so_does_what_is_done_again(docum
     renamed = document.vocabulary
     assert document.rename_action("grip", "clutch")
     again = document.vocabulary
+    assert document.rename_action("grab", "clutch", merge=True)
+    merged = document.vocabulary
     for verb, expected in (
+        (document.editor.undo_everywhere, again),
         (document.editor.undo_everywhere, renamed),
         (document.editor.undo_everywhere, before),
         (document.editor.redo_everywhere, renamed),
         (document.editor.redo_everywhere, again),
+        (document.editor.redo_everywhere, merged),
     ):
         assert verb()
         assert document.vocabulary == document.project.actions.vocabulary("foam") == expected
-
-
-def test_a_merged_action_that_is_taken_back_has_its_key_again(document):
-    before = document.vocabulary
-    assert document.rename_action("grab", "hold", merge=True)
-    document.editor.undo_everywhere()
-    assert document.vocabulary == document.project.actions.vocabulary("foam") == before
 
 
 def test_what_the_task_still_needs_stays_when_a_renaming_is_taken_back(document):

@@ -53,7 +53,7 @@ def test_times_are_told_in_minutes_and_seconds(seconds, decimals, shown):
 @given(start=st.floats(-100, 1e6), span=st.floats(91, 1e6), room=st.floats(150, 4000))
 @settings(max_examples=80, deadline=None)
 def test_numbers_in_minutes_have_room_and_stand_at_whole_steps(app, start, span, room):
-    axis = TimeAxis("top")
+    axis = TimeAxis()
     axis.setRange(start, start + span)
     (step, values), *_ = axis.tickValues(start, start + span, room)
     labels = axis.tickStrings(values, 1.0, step)
@@ -62,6 +62,21 @@ def test_numbers_in_minutes_have_room_and_stand_at_whole_steps(app, start, span,
     for left, right in pairwise(labels):
         half = (text.width(left, face) + text.width(right, face)) / 2
         assert step / span * room > half
+
+
+def test_no_half_of_a_number_stands_beside_the_cursor_s_time(ruler, document):
+    panel, red = (QColor(name).getRgb()[:3] for name in (colours().panel, colours().cursor))
+    ruler.grab()
+    box = ruler._numbers.number_boxes[1].translated(ruler.plot.left(), 0).toRect()
+    for shift in range(-40, 41, 4):
+        document.view.seek(ruler.time_at(box.center().x() + shift))
+        image = pixels(ruler.grab().toImage()).astype(int)
+        (tag,) = np.nonzero((np.abs(image[5] - red) < 8).all(axis=1))
+        first, last = tag.min(), tag.max()
+        if last < box.left() or first > box.right():
+            continue
+        beside = [x for x in range(box.left(), box.right()) if not first - 2 <= x <= last + 2]
+        assert (np.abs(image[10 : box.bottom() - 1, beside] - panel) < 8).all(), shift
 
 
 def test_dragging_scrubs_the_cursor_and_marks_no_range(ruler, document):
@@ -85,7 +100,7 @@ def test_scrubbing_past_the_end_stays_in_sight(ruler, document):
 def test_the_cursors_time_stands_over_it_with_the_decimals_of_a_pixel(ruler, document):
     document.view.seek(7.5)
     assert ruler.cursor_text() == "7.500 s"
-    image = pixels(ruler.grab().toImage())
+    image = pixels(ruler.grab().toImage()).astype(int)
     tag = (image[4] == np.array(QColor(colours().cursor).getRgb()[:3])).all(axis=1)
     assert abs(np.flatnonzero(tag).mean() - ruler.x_at(7.5)) < 3
     document.view.set_span(7.5, 7.501)  # never less than a few samples
@@ -97,7 +112,7 @@ def test_at_either_end_cursor_and_its_time_are_seen(document, ruler, width):
     ruler.resize(width, ruler.height())
     for end in document.view.bounds:
         document.view.seek(end)
-        image = pixels(ruler.grab().toImage())
+        image = pixels(ruler.grab().toImage()).astype(int)
         red = (image == np.array(QColor(colours().cursor).getRgb()[:3])).all(axis=2)
         assert red[4].sum() > 20, (width, end)  # the tag
         assert red[-3].any(), (width, end)  # the line

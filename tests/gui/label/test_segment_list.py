@@ -294,6 +294,18 @@ def test_a_narrow_column_leaves_the_duration_away_and_never_scrolls(app, table):
         assert not table.table.horizontalScrollBar().isVisible()
 
 
+def test_other_columns_give_way_to_the_names_of_actions(app, document, table):
+    for name in ("approach slowly", "insert the left peg into the right hole"):
+        document.set_vocabulary(document.vocabulary.with_actions(name))
+        measure = table.fontMetrics().horizontalAdvance
+        for width in range(220, 420, 20):
+            table.resize(width, 300)
+            app.processEvents()
+            needed = min(measure(name), measure("n" * 20)) + 24
+            assert table.table.columnWidth(ACTION) >= needed or table.table.isColumnHidden(NUMBER)
+    assert table.table.columnWidth(ACTION) >= needed
+
+
 def test_hidden_it_does_nothing_and_catches_up_when_shown(app, document):
     table = SegmentTable(document)
     queries = []

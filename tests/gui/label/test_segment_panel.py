@@ -21,9 +21,13 @@ def document(app):
         yield document
 
 
-@pytest.fixture(params=[ForcePanel, ScalogramPanel])
+#: A test of what each panel adds to what they have in common.
+EITHER = pytest.mark.parametrize("panel", [ForcePanel, ScalogramPanel], indirect=True)
+
+
+@pytest.fixture
 def panel(request, document, jobs):
-    panel = request.param(document, jobs)
+    panel = getattr(request, "param", ForcePanel)(document, jobs)
     panel.resize(88 + 1000 + 8, 160)
     panel.show()
     yield panel
@@ -35,6 +39,7 @@ def hand(panel):
     return PanelMouse(panel, y=80)
 
 
+@EITHER
 def test_an_edge_is_dragged_and_a_neighbour_that_touches_it_goes_along(document, hand):
     hand.drag(2.0, 2.5)
     assert stored_rows(document) == [(1.0, 2.5, "grab"), (2.5, 3.0, "hold"), TIMES[2]]
@@ -89,6 +94,7 @@ def test_a_press_on_an_edge_without_a_drag_seeks_and_elsewhere_a_range_is_marked
     assert stored_rows(document) == TIMES
 
 
+@EITHER
 def test_segments_are_seen_as_the_track_is_now_and_not_once_switched_off(document, panel, until):
     def seen(time):
         image = pixels(panel.grab().toImage())
@@ -104,6 +110,7 @@ def test_segments_are_seen_as_the_track_is_now_and_not_once_switched_off(documen
     assert np.abs(seen(4.0) - before).max() <= 60
 
 
+@EITHER
 def test_without_the_segments_nothing_is_dragged(document, hand, panel):
     panel.set_tinted(False)
     hand.drag(2.0, 2.5)
@@ -111,6 +118,7 @@ def test_without_the_segments_nothing_is_dragged(document, hand, panel):
     assert document.view.range == pytest.approx((2.0, 2.5))
 
 
+@EITHER
 def test_the_pointer_says_what_can_be_dragged(document, hand, panel):
     hand.move(2.0, pressed=False)
     assert panel.cursor().shape() == Qt.CursorShape.SplitHCursor

@@ -1,3 +1,4 @@
+from functools import cache
 from itertools import combinations
 
 import numpy as np
@@ -23,6 +24,7 @@ NAMES = ("fx1", "fy1", "fz1", "fx2", "fy2", "temperature")
 CHANNELS = tuple(Channel(name, "°C" if name == "temperature" else "N") for name in NAMES)
 
 
+@cache
 def recording(n=20_000, rate=1000.0, seed=0):
     random = np.random.default_rng(seed)
     signals = random.standard_normal((n, len(NAMES))) * 0.1 + np.arange(len(NAMES))
@@ -429,7 +431,7 @@ def test_in_low_lanes_what_the_gutter_says_does_not_overlap(panel, monkeypatch, 
 
     def record(painter, x, y, line, *, face, align=0.0, **more):
         wide = text.width(line, face)
-        if x < panel.GUTTER:
+        if x < panel.gutter:
             box = QRectF(x - align * wide, y - 4, wide, 8)
             boxes.append((line, painter.worldTransform().mapRect(box)))
         put(painter, x, y, line, face=face, align=align, **more)
@@ -441,7 +443,7 @@ def test_in_low_lanes_what_the_gutter_says_does_not_overlap(panel, monkeypatch, 
     picture(panel)
     assert len(boxes) >= 2 * len(NAMES) - 1
     for i, (line, box) in enumerate(boxes):
-        assert box.right() <= panel.GUTTER, line
+        assert box.right() <= panel.gutter, line
         assert not [other for other, earlier in boxes[:i] if box.intersects(earlier)], line
 
 

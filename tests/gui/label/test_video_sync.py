@@ -1,6 +1,8 @@
 """The dialog that synchronises video and force, driven by its widgets."""
 
+import shutil
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ from factories import VIDEO_OFFSET, VIDEO_TAPS, demonstration_with_video
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QWidget
+from window_helpers import status_messages
 
 from forcelab.clock import ClockMap, fit_clock
 from forcelab.gui.document import Document
@@ -22,13 +25,18 @@ def filmed(tmp_path_factory):
     return demonstration_with_video(tmp_path_factory.mktemp("film"), ClockMap(0.25, 1.00001))
 
 
-@pytest.fixture
-def document(app, tmp_path, filmed):
-    folder = tmp_path / "lab.forcelab"
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory, filmed):
+    folder = tmp_path_factory.mktemp("lab") / "lab.forcelab"
     with Project.create(folder) as project:
         project.demonstrations.add(filmed)
+    return folder
+
+
+@pytest.fixture
+def document(app, tmp_path, lab):
     document = Document("Ines")
-    document.open_project(folder)
+    document.open_project(Path(shutil.copytree(lab, tmp_path / "lab.forcelab")))
     document.open_demonstration(document.infos[0].id)
     yield document
     document.close()
@@ -68,6 +76,7 @@ def test_it_begins_at_the_frame_of_the_cursor_with_nothing_to_accept(document, d
 
 
 def test_one_tap_moves_the_offset_and_keeps_the_rate(document, dialog):
+    messages = status_messages(document)
     mark(dialog, 27, 0.5)
     assert dialog.rows == (TapRow(pytest.approx(27 * FRAME), 0.5),)
     assert dialog.candidate.rate == 1.00001
@@ -75,6 +84,10 @@ def test_one_tap_moves_the_offset_and_keeps_the_rate(document, dialog):
     assert cells(dialog) == [["0.900", "0.500", "+0.0"]]
     press(dialog.accept_button)
     assert document.demonstration.video.clock == dialog.candidate
+    assert messages[-1][0] == (
+        "The video has a new clock: offset −0.4000 s, rate +10.0 ppm; it had offset +0.2500 s, "
+        "rate +10.0 ppm."
+    )
     assert not dialog.isVisible()
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QTabBar, QWidget
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui.document import Document
@@ -100,6 +100,34 @@ def test_the_lists_keep_their_width_while_the_timeline_is_lent(app, workspace, p
     app.processEvents()
     assert workspace.centralWidget().isVisible()
     assert workspace.segments.width() == pytest.approx(before, abs=2)
+
+
+def test_the_lists_are_as_they_were_and_their_tabs_there_once_when_the_timeline_is_back(
+    app, workspace, path, until
+):
+    def lists():
+        for _ in range(4):
+            app.processEvents()
+        tabs = [child for child in workspace.children() if isinstance(child, QTabBar)]
+        sizes = [dock.size().toTuple() for dock in workspace._docks.values() if dock.isVisible()]
+        return sum(bar.isVisible() for bar in tabs), sizes
+
+    workspace.document.open_project(path)
+    workspace.document.open_demonstration("early")
+    workspace.resize(1000, 600)
+    workspace.show()
+    until(lambda: workspace.segments.isVisible() and workspace.settled)
+    before = lists()
+    assert before[0] == 1
+    for _ in range(2):
+        for lent in workspace.lend():
+            lent.setParent(None)
+        app.processEvents()
+        workspace.take_back()
+        assert lists() == before
+    workspace.remember_layout()
+    workspace.restore_layout()
+    assert lists()[0] == 1
 
 
 def test_while_there_are_no_segments_the_actions_have_the_room_of_their_list(

@@ -21,7 +21,8 @@ from forcelab.gui.review.agreement import AgreementView
 from forcelab.gui.review.agreement_details import ConsistencyView, histogram_bins
 from forcelab.labels import Segment, Track
 from forcelab.project import NewDemonstration, Project
-from forcelab.review.agreement import Agreement, Consistency, Durations
+from forcelab.review.agreement import Agreement
+from forcelab.review.consistency import Consistency, Durations
 
 
 def track(*rows):
@@ -91,6 +92,18 @@ def bench(app, until, *tracks, blind=()):
 CHANNELS = (Channel("f", "N"),)
 
 
+@pytest.fixture(scope="module")
+def two(app, until):
+    """Ann and Ben on one demonstration, for tests that change nothing."""
+    with bench(app, until, {"Ann": ANN, "Ben": BEN}) as b:
+        yield b
+
+
+def show_page(b, page):
+    b.view.pages.setCurrentIndex(page)
+    QApplication.processEvents()
+
+
 def test_the_matrix_leads_to_the_figures_and_to_the_places(app, until):
     with bench(app, until, {"Ann": ANN, "Ben": BEN, "Cleo": CLEO}, {"Ann": ANN, "Ben": BEN}) as b:
         view = b.view
@@ -139,29 +152,28 @@ def test_the_consensus_is_of_the_pair_that_was_looked_at(app, until):
         assert choice.coders == ("Ann", "Cleo")
 
 
-def test_the_histogram_reads_how_many_boundaries_are_in_a_bin(app, until):
-    with bench(app, until, {"Ann": ANN, "Ben": BEN}) as b:
-        plot, pair = b.view.pair.histogram, b.view.result.pair("Ann", "Ben")
-        counts, edges = histogram_bins(pair.offsets)
-        number = int(counts.argmax())
-        spot = plot.spot((edges[number] + edges[number + 1]) / 2, counts.max() / 2)
-        assert plot.readout(spot).endswith(f" ms: {counts[number]}")
-        assert plot.readout(QPointF(0, 0)) == ""
+def test_the_histogram_reads_how_many_boundaries_are_in_a_bin(two):
+    show_page(two, 0)
+    plot, pair = two.view.pair.histogram, two.view.result.pair("Ann", "Ben")
+    counts, edges = histogram_bins(pair.offsets)
+    number = int(counts.argmax())
+    spot = plot.spot((edges[number] + edges[number + 1]) / 2, counts.max() / 2)
+    assert plot.readout(spot).endswith(f" ms: {counts[number]}")
+    assert plot.readout(QPointF(0, 0)) == ""
 
 
-def test_kinds_of_places_are_listed_apart(app, until):
-    with bench(app, until, {"Ann": ANN, "Ben": BEN}) as b:
-        details = b.view.pair
+def test_kinds_of_places_are_listed_apart(two):
+    details = two.view.pair
 
-        def listed(kind):
-            details.kinds.setCurrentIndex(details.kinds.findData(kind))
-            details.kinds.activated.emit(0)
-            return [(r.place.start, r.place.end) for r in details.places.rows]
+    def listed(kind):
+        details.kinds.setCurrentIndex(details.kinds.findData(kind))
+        details.kinds.activated.emit(0)
+        return [(r.place.start, r.place.end) for r in details.places.rows]
 
-        assert listed("apart") == [(3, 4), (1, 1.06)]
-        assert listed("alone") == [(6, 7)]
-        assert listed("shifted") == [(1, 1.06)]
-        assert listed("all") == [(3, 4), (6, 7), (1, 1.06)]
+    assert listed("apart") == [(3, 4), (1, 1.06)]
+    assert listed("alone") == [(6, 7)]
+    assert listed("shifted") == [(1, 1.06)]
+    assert listed("all") == [(3, 4), (6, 7), (1, 1.06)]
 
 
 def test_what_is_to_be_labelled_blind_is_neither_compared_nor_offered(app, until):
@@ -216,13 +228,12 @@ def test_a_consensus_of_the_project_before_is_not_asked_of_the_next_one(app, unt
         assert not b.bar.buttons.tolerance.hasFocus()
 
 
-def test_differences_are_called_the_same_in_both_tables(app, until):
-    with bench(app, until, {"Ann": ANN, "Ben": BEN}) as b:
-        b.view.pages.setCurrentIndex(1)
-        rows, model = range(3), b.bar.places.model()
-        found = [model.index(row, model.columnCount() - 1).data() for row in rows]
-        assert found == ["boundary moved", "different actions", "only one labelled"]
-        assert "boundaries match within 500 ms" in b.view.pair.offsets.text()
+def test_differences_are_called_the_same_in_both_tables(two):
+    show_page(two, 1)
+    rows, model = range(3), two.bar.places.model()
+    found = [model.index(row, model.columnCount() - 1).data() for row in rows]
+    assert found == ["boundary moved", "different actions", "only one labelled"]
+    assert "boundaries match within 500 ms" in two.view.pair.offsets.text()
 
 
 def test_what_cannot_be_pressed_any_more_leaves_the_keys_to_the_decisions(app, until):
@@ -318,16 +329,17 @@ def test_a_consensus_is_decided_with_keys_and_each_is_stored(app, until):
         assert "consensus" not in b.view.matrix.authors
 
 
-def test_arrows_go_on_from_the_consensus_to_the_next_page_and_back(app, until):
-    with bench(app, until, {"Ann": ANN, "Ben": BEN}) as b:
-        b.view.activateWindow()
-        b.view.pages.tabBar().setFocus()
-        reached = []
-        for key in (Qt.Key.Key_Right, Qt.Key.Key_Right, Qt.Key.Key_Left, Qt.Key.Key_Left):
-            QTest.keyClick(app.focusWidget(), key)
-            app.processEvents()
-            reached.append(b.view.pages.currentIndex())
-        assert reached == [1, 2, 1, 0]
+def test_arrows_go_on_from_the_consensus_to_the_next_page_and_back(app, two, until):
+    show_page(two, 0)
+    two.view.activateWindow()
+    until(two.view.isActiveWindow)
+    two.view.pages.tabBar().setFocus()
+    reached = []
+    for key in (Qt.Key.Key_Right, Qt.Key.Key_Right, Qt.Key.Key_Left, Qt.Key.Key_Left):
+        QTest.keyClick(app.focusWidget(), key)
+        app.processEvents()
+        reached.append(two.view.pages.currentIndex())
+    assert reached == [1, 2, 1, 0]
 
 
 def test_what_comes_back_by_itself_leaves_the_keyboard_where_it_is(app, until):
@@ -422,14 +434,12 @@ def test_bins_lie_about_zero_and_hold_every_offset():
     assert len(counts) <= 60
 
 
-def test_it_is_drawn_at_any_size(app, until):
-    with bench(app, until, {"Ann": ANN, "Ben": BEN}) as b:
-        for page in range(3):
-            b.view.pages.setCurrentIndex(page)
-            for width in (260, 900):
-                b.view.resize(width, 400)
-                app.processEvents()
-                picture = b.view.grab()
-                assert picture.width() >= width
-        assert b.view.minimumSizeHint().width() < 420
-        assert b.view.matrix.mapTo(b.view, QPoint(0, 0)).x() >= 0
+def test_it_is_drawn_at_any_size(two):
+    view = two.view
+    for page in range(3):
+        for width in (260, 900):
+            view.resize(width, 400)
+            show_page(two, page)
+            assert view.grab().width() >= width
+    assert view.minimumSizeHint().width() < 420
+    assert view.matrix.mapTo(view, QPoint(0, 0)).x() >= 0

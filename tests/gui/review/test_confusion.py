@@ -8,6 +8,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 from window_helpers import shown_widget
 
+from forcelab.gui import theme
 from forcelab.gui.figures.confusion import ConfusionMatrix
 from forcelab.gui.review.confusion import ConfusionView, fit_figure
 from forcelab.gui.theme import DARK
@@ -57,6 +58,20 @@ def test_the_matrix_is_the_time_that_the_scores_count(view, document):
     stored = np.array(document.review.run.scores["filtered"]["pooled"]["confusion"]) / 1e9
     assert view.canvas.figure.counts == pytest.approx(stored)
     assert stored[0].tolist() == [2.5, 2.5, 0, 0]
+
+
+def test_the_matrix_grows_with_the_text_and_a_click_still_meets_its_cell(app, view, until):
+    wide = view.canvas.width() / view.canvas.figure.size.width()
+    try:
+        theme.use_text_size(app, 150)
+        app.processEvents()
+        figure = view.canvas.figure
+        assert view.canvas.width() / figure.size.width() == pytest.approx(1.5 * wide, rel=0.02)
+        centre = (figure.box(0, 1).center() * 1.5).toPoint()
+        QTest.mouseClick(view.canvas.viewport(), Qt.MouseButton.LeftButton, pos=centre)
+        assert view.canvas.chosen == (0, 1)
+    finally:
+        theme.use_text_size(app, 100)
 
 
 def test_hovering_a_cell_says_what_it_holds(view, until):
@@ -282,3 +297,16 @@ def test_the_list_of_places_is_small_until_a_cell_is_chosen_and_keeps_its_share(
     assert sizes()[1] == places
     click(view, 0, 0)
     assert sizes() == dragged
+
+
+def test_the_matrix_grows_into_the_room_that_the_list_of_places_leaves(view, app):
+    view.resize(480, 420)
+    click(view, 0, 0)  # its places have a list then
+    cells = []
+    for places in (220, 80):
+        view._split.setSizes([420 - places, places])
+        app.processEvents()
+        figure, room = view.canvas.figure, view._area.maximumViewportSize()
+        assert figure.size.height() <= room.height()
+        cells.append(figure.box(0, 0).width())
+    assert cells[1] > cells[0]

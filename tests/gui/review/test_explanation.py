@@ -17,7 +17,7 @@ from forcelab.gui.review.explanation_plots import balance_colours
 from forcelab.jobs import Progress, finish
 from forcelab.labels import Interval
 from forcelab.review.differences import interval_at
-from forcelab.review.explanation import train_held_out
+from forcelab.review.held_out import train_held_out
 
 SETTINGS = QUICK_SETTINGS.replace(classifier="naive-bayes")
 

@@ -14,7 +14,7 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui import settings, theme
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.review import pairs_list
+from forcelab.gui.review import pairs, pairs_list
 from forcelab.gui.review.pairs import TRACKS_JOB, PairsView
 from forcelab.gui.review.pairs_list import hit_tooltip
 from forcelab.gui.review.reviewed_run import with_keys
@@ -192,6 +192,25 @@ def test_marks_stand_only_where_both_differ_and_what_is_missed_is_thinner(shown)
     assert 0 < thickness(8.5) < thickness(3.5)
 
 
+@pytest.mark.parametrize("percent", [80, 130, 200])
+def test_pairs_grow_with_the_text_and_a_click_still_meets_its_time(app, shown, study, percent):
+    view = shown()
+    try:
+        theme.use_text_size(app, percent)
+        shown.settle(view)
+        scale = percent / 100
+        assert view.area.arrangement.width == view.area.viewport().width() / scale
+        image = view.area.viewport().grab().toImage()
+        for time, action in ((2.4, "grab"), (4.5, "hold"), (7.5, "release")):
+            point = spot(view, 0, time) * scale
+            seen = image.pixelColor((point * image.devicePixelRatio()).toPoint())
+            assert np.abs(np.array(seen.getRgb()[:3]) - rgb(VOCABULARY[action].colour)).max() <= 4
+            click(view, point)
+            assert study.review.examined.human == action
+    finally:
+        theme.use_text_size(app, 100)
+
+
 def test_the_legend_is_in_the_order_of_the_keys(shown, study):
     results = [reviewed(i.id, i.name) for i in study.infos]
     results[0] = reviewed(study.infos[0].id, "d 1", human=(Segment(0.1, 0.4, "slip"), *HUMAN))
@@ -347,6 +366,20 @@ def test_rows_are_ordered_and_filtered(shown, study):
     assert set(names()) == {"d 1", "d 10"}
     view.tools.search.setText("nothing like it")
     assert "filter" in view.pages.note.text()
+
+
+def test_a_search_reads_nothing_from_the_store_and_a_new_colour_is_read(shown, study, monkeypatch):
+    study.open_demonstration(study.infos[0].id)
+    view, read, read_styles = shown(), [], pairs.action_styles
+    monkeypatch.setattr(pairs, "action_styles", lambda *of: read.append(of[1]) or read_styles(*of))
+    for letters in ("d", "d 1", "d"):
+        view.tools.search.setText(letters)
+    assert not read
+    grab = replace(study.vocabulary["grab"], colour="#123456")
+    others = (action for action in study.vocabulary if action.name != "grab")
+    assert study.set_vocabulary(Vocabulary((grab, *others)))
+    assert read
+    assert view.figure().vocabulary["grab"].colour == "#123456"
 
 
 def test_an_order_that_is_chosen_is_read_from_its_top(shown, study):

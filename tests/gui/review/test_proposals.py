@@ -78,6 +78,18 @@ def test_once_all_are_labelled_it_is_said_to_train(view, document, until):
     document.editor.undo_everywhere()
 
 
+def test_training_again_is_not_proposed_where_it_would_learn_from_another(view, document, until):
+    document.review.set_run(run_result_of(document.project))
+    until(lambda: len(view.rows) == 1)
+    document.set_author("Ben")
+    document.open_demonstration(view.rows[0].id)
+    document.editor.paint(0.0, 9.5, "hold")
+    sentence = "You have labelled all of these by now; this run learnt from Ann's labels."
+    assert view.order.text() == sentence
+    document.editor.undo_everywhere()
+    document.set_author("Ann")
+
+
 def test_a_click_leads_to_its_most_uncertain_stretch(view, document, until):
     document.review.set_run(proposed(document))
     until(lambda: len(view.rows) == 3)

@@ -117,6 +117,7 @@ def test_every_section_says_what_its_percentages_are(view):
     assert (suspected.percentages, actions.percentages) == ("suspicion", "confidence")
     assert "error of the coder" in suspected.tip
     assert "how sure the model is" in actions.tip
+    assert "human → model" in actions.explained  # which way round a row is read
     unknown = QueueSection("actions", (replace(entry, confidence=None),), 1)
     assert unknown.percentages == ""
     assert unknown.tip == unknown.explained

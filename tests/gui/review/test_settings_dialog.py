@@ -60,8 +60,9 @@ def test_every_preset_is_told_and_can_be_taken(dialog):
         dialog.show()
 
 
-def test_opening_the_form_alone_changes_nothing(dialog):
+def test_opening_the_form_alone_changes_nothing_and_its_first_field_has_the_keyboard(dialog):
     dialog.change.click()
+    assert dialog.focusWidget() is dialog.form.editors["features"].box
     dialog.form.settings()
     assert dialog.chosen == PRESETS["paper"]
 
@@ -282,8 +283,3 @@ def test_the_wheel_scrolls_the_form_and_changes_no_field_on_its_way(dialog):
         QApplication.sendEvent(field, wheel)
         assert not wheel.isAccepted(), "the form gets it"
     assert dialog.chosen == before
-
-
-def test_the_first_field_has_the_keyboard_when_the_form_is_opened(dialog):
-    dialog.change.click()
-    assert dialog.focusWidget() is dialog.form.editors["features"].box

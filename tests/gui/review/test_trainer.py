@@ -335,6 +335,18 @@ def test_settings_and_choice_are_remembered_for_the_next_time(trainer, document,
     trainer.set_automatic(False)
 
 
+def test_the_choice_is_read_once_for_each_task(trainer, monkeypatch):
+    read, recall = [], training_preferences.recall_choice
+    monkeypatch.setattr(
+        training_preferences, "recall_choice", lambda *of: read.append(of[1]) or recall(*of)
+    )
+    for task in ("other", "foam", "other"):
+        trainer.set_task(task)
+        read.clear()
+        assert [trainer.choice.tasks for _ in range(3)] == [(task,)] * 3
+        assert len(read) <= 1
+
+
 def test_broken_settings_do_not_stand_in_the_way(trainer, document, work):
     path = document.project.path
     settings.store(training_preferences._task_key(path, "foam", "settings"), '{"stride": -3}')

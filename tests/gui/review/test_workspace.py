@@ -1,12 +1,10 @@
 """The Review workspace in the whole window, with the real trainer and a project of two tasks."""
 
 import json
-import multiprocessing
 import os
 import shutil
 import subprocess
 import sys
-import threading
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,6 +13,7 @@ from factories import BAYES_SETTINGS, synthetic_set, write_opencv_video
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
+from window_helpers import painted_once
 
 from forcelab.cli import main
 from forcelab.clock import ClockMap
@@ -61,8 +60,9 @@ def open_window(window_of_file, until):
         window = window_of_file(start, "Ada", (780, 700))  # a wide one lets the next be smaller
         window.activateWindow()
         runs = window.document.project.runs.summaries()
-        until(lambda: bool(window.document.review.run) == bool(runs))
-        until(lambda: window.isActiveWindow() and window.settled and not window.jobs.busy)
+        with painted_once(window):
+            until(lambda: bool(window.document.review.run) == bool(runs))
+            until(lambda: window.isActiveWindow() and window.settled and not window.jobs.busy)
         return window
 
     return open_
@@ -80,7 +80,8 @@ def rested(until):
             sizes.append(tuple((place.width(), place.height()) for place in places))
             return window.settled and len(sizes) > 20 and len(set(sizes[-20:])) == 1
 
-        until(calm)
+        with painted_once(window):
+            until(calm)
 
     return wait
 
@@ -90,11 +91,14 @@ def rows(segments):
     return [[s.start, s.end, s.action] for s in segments]
 
 
-def test_the_pairs_on_screen_are_those_of_evaluate(study, open_window, until, tmp_path):
+def test_the_pairs_on_screen_are_those_of_evaluate(
+    study, open_window, until, tmp_path, monkeypatch
+):
+    # It begins sooner than in a process of its own.
+    monkeypatch.setattr("forcelab.process.run_in_process", lambda work, *given: work(*given))
     window = open_window(study, "review")
     trainer = window.review.trainer
     trainer.set_settings(BAYES_SETTINGS)
-    before, children = set(threading.enumerate()), multiprocessing.active_children()
     assert trainer.train()
     until(lambda: not trainer.training)
     assert not trainer.trouble
@@ -116,18 +120,6 @@ def test_the_pairs_on_screen_are_those_of_evaluate(study, open_window, until, tm
         assert rows(entry.reviewed.stages["raw"]) == track["raw"]
         assert entry.share == score["accuracy"]
         assert not entry.edited
-    # What has trained is gone with the window, and nothing waits for it.
-    window.close()
-    assert set(multiprocessing.active_children()) <= set(children)
-    assert not [t for t in set(threading.enumerate()) - before if t.is_alive()]
-
-
-def test_opening_a_project_shows_its_last_run(study, open_window):
-    window = open_window(study)
-    run = window.document.review.run
-    assert (run.number, run.tasks) == (1, ("foam",))
-    assert run.settings.seed == 1
-    assert run.proposer in window.document.other_tracks
 
 
 def test_timeline_and_video_are_lent_and_come_back(study, open_window, until, rested):
@@ -277,6 +269,7 @@ def test_in_a_low_window_lists_have_more_room_than_the_video_until_it_is_dragged
 def test_a_video_is_large_once_the_window_fills_a_large_screen(study, open_window, until):
     """At first it had the room of a small window; a width that was dragged stays."""
     window = open_window(study, demonstration="foam 01")
+    window.setUpdatesEnabled(False)  # sizes alone are looked at
     video, panels = window.label._docks["video"], window.label._splitter
     window.resize(1200, 1000)
     until(lambda: video.width() < 300)
@@ -307,15 +300,26 @@ def test_a_demonstration_without_video_has_no_room_for_one(study, open_window, u
     assert window.label.video.isVisible()
 
 
-def test_another_task_has_its_own_run(study, open_window, until):
+def test_opening_a_project_shows_its_last_run_and_another_task_has_its_own(
+    study, open_window, until
+):
     window = open_window(study, "review")
-    trainer = window.review.trainer
+    run, trainer = window.document.review.run, window.review.trainer
+    assert (run.number, run.tasks) == (1, ("foam",))
+    assert run.settings.seed == 1
+    assert run.proposer in window.document.other_tracks
     pairs = window.review.workspace.pairs
     assert len(pairs.area.entries) == 4
     trainer.set_task("soft")
     until(lambda: window.settled)
     assert window.document.review.run is None
     assert not pairs.area.entries
+    obstacle = window.review.obstacles()["next_review"]
+    assert obstacle() == "There is nothing to review yet; train first, with F5."
+    window.document.review.set_training(True)
+    sentence = "A recogniser is being trained; there is something to review when it is."
+    assert obstacle() == sentence
+    window.document.review.set_training(False)
     trainer.set_task("foam")
     until(lambda: window.document.review.run is not None and not window.jobs.busy)
     assert len(pairs.area.entries) == 4
@@ -363,6 +367,7 @@ from PySide6.QtWidgets import QApplication
 app = QApplication([])
 from forcelab.gui.launch_options import LaunchOptions as Start
 from forcelab.gui.window import WORKSPACES, Window
+at_first = list(sys.modules)
 window = Window("Ada", remembering=False)
 window.show()
 window.begin(Start(project=Path({str(study)!r}), demonstration="foam 02"))
@@ -376,16 +381,21 @@ assert window.document.review.run is not None, (runs, window.statusBar().current
 threads = [thread.name for thread in threading.enumerate()]
 shown = window.label.video.isVisible()
 window.close()
-print(json.dumps([list(sys.modules), threads, shown]))
+print(json.dumps([at_first, list(sys.modules), threads, shown]))
 """
     environment = {**os.environ, "QT_QPA_PLATFORM": "offscreen"}
     done = subprocess.run(
         [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
-    loaded, threads, shown = json.loads(done.stdout)
+    at_first, loaded, threads, shown = json.loads(done.stdout)
+    assert not {"scipy", "scipy.fft"} & set(at_first), "no transform before it is to be seen"
     never = {"cv2", "sklearn", "serial", "joblib", "scipy.signal", "scipy.optimize"}
-    unseen = {"forcelab.gui.review.workspace", "forcelab.review.explanation"}
+    unseen = {
+        "forcelab.gui.review.workspace",
+        "forcelab.review.explanation",
+        "forcelab.capture.recorder",
+    }
     assert not (never | unseen) & set(loaded)
     assert not [name for name in threads if "video" in name or "decod" in name]
     assert not shown
@@ -477,6 +487,7 @@ def test_without_recordings_it_says_what_comes_first(tmp_path, open_window, unti
 
 def test_every_workspace_fits_a_full_hd_screen_at_twice_the_size(study, open_window, until):
     window = open_window(study, "review")
+    window.setUpdatesEnabled(False)  # sizes alone are looked at
     lists = window.review.workspace.lists
     for place in range(lists.count()):
         lists.setCurrentIndex(place)
@@ -512,3 +523,22 @@ def test_accuracy_and_speed_is_a_page_that_its_key_and_the_old_name_open(open_wi
     window.show_workspace("label")
     window.commands["workspace_tradeoff"].trigger()
     assert window.review.workspace.tradeoff.isVisible()
+
+
+def test_without_a_run_and_a_demonstration_the_bar_stays_at_the_top(app, open_window, tmp_path):
+    path = tmp_path / "new.forcelab"
+    with Project.create(path) as project:
+        ((demonstration, segments),) = synthetic_set(1, 100.0)
+        project.demonstrations.add(demonstration, [Track("Ada", segments)])
+    window = open_window(path, "review", "a name of none")
+    app.processEvents()
+    workspace = window.review.workspace
+    assert window.document.demonstration is None
+    assert workspace.bar.height() <= workspace.bar.sizeHint().height() + 2
+    assert workspace.lists.height() > workspace.height() / 2
+    heights = []
+    for name in (demonstration.name, "none again", demonstration.name):
+        window.begin(LaunchOptions(project=path, workspace="review", demonstration=name))
+        app.processEvents()
+        heights.append(workspace.pairs.height())
+    assert heights[0] == heights[2] < heights[1]

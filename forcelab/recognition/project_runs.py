@@ -1,8 +1,8 @@
-"""Evaluating and training on a project, which keeps the results."""
+"""Runs of a project: tasks evaluated and recognisers trained, which it keeps."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Generator, Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import asdict, dataclass, replace
 
 from forcelab.errors import InputError, UnclearAuthorError
@@ -14,20 +14,25 @@ from forcelab.recognition.cross_validation import (
     EvaluationJob,
     leave_one_out_job,
     leave_one_out_live_job,
-    settings_remarks,
     train_and_test_job,
 )
 from forcelab.recognition.dataset import DataSelection, Dataset
-from forcelab.recognition.examples import LabelledDemonstration, mixed_unit_remarks
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.label_noise import dropped_remarks
 from forcelab.recognition.plugins import distribution_versions, is_import_path
 from forcelab.recognition.recogniser import Recogniser
-from forcelab.recognition.results import TOO_HIGH, Evaluation, run_record, run_title
+from forcelab.recognition.remarks import (
+    accepted_remarks,
+    dataset_remarks,
+    settings_remarks,
+    unlearnt_remarks,
+    unused_merge_remarks,
+)
+from forcelab.recognition.results import Evaluation, run_record, run_title
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import dump
 from forcelab.recognition.training import Known, train, training_job
 from forcelab.resources import versions
-from forcelab.text import counted, percent
 
 
 @dataclass(frozen=True)
@@ -112,38 +117,26 @@ def evaluate_tasks_job(
             "With a latency demonstrations are left out in turn; choose nothing to test on, and no "
             "other coder to learn from."
         )
-    passing = _not_stored_remarks(selection, latency)
-    chosen = tuple(dict.fromkeys(selection.tasks))
-    single_tasks = [
-        (task,) for task in project.demonstrations.tasks() if task != selection.test_task
-    ]
-    groups = [chosen] if chosen else single_tasks
-    if not groups and project.demonstrations.tasks():
-        raise InputError(
-            f"'{project.path}' has no task but '{selection.test_task}', so there is none to train "
-            f"on; name no task to test on, and its demonstrations are left out in turn."
-        )
-    if not groups:
-        raise InputError(f"'{project.path}' has nothing to evaluate; import recordings first.")
+    groups = _task_groups(project, selection)
+    not_stored = _not_stored_remarks(selection, latency)
     evaluations: list[tuple[tuple[str, ...], Evaluation]] = []
     refusals: list[str] = []
-    mixed: list[str] = []
+    remarks: list[str] = []
     unclear: UnclearAuthorError | None = None
-    spelt: set[str] = set()
+    spellings: set[str] = set()
     for tasks in groups:
         try:
             datasets = selection.load_parts(project, tasks, settings)
-            settled = selection.with_default_folds(datasets[0])
+            choice = selection.with_default_folds(datasets[0])
             if latency is None:
-                job = evaluate_joined(
-                    datasets, settings, tasks, settled, jobs, probability_trace=probability_trace
+                evaluation = yield from evaluate_joined(
+                    datasets, settings, tasks, choice, jobs, probability_trace=probability_trace
                 )
             else:
-                title = run_title(tasks, None)
-                job = leave_one_out_live_job(
-                    datasets[0].labelled, settings, latency, title, settled.folds
+                title, labelled = run_title(tasks, None), datasets[0].labelled
+                evaluation = yield from leave_one_out_live_job(
+                    labelled, settings, latency, title, choice.folds
                 )
-            evaluation = yield from job
         except InputError as error:
             if len(groups) == 1:
                 raise
@@ -151,33 +144,48 @@ def evaluate_tasks_job(
                 unclear = unclear or error
             refusals.append(f"Task '{tasks[0]}' was left out: {error}")
             continue
-        vocabulary = project.actions.joint_vocabulary(tasks, settled.test_task, apart=settled.apart)
-        remarks = evaluation.remarks + accepted_remarks(datasets[-1], evaluation)
-        evaluation = replace(evaluation, vocabulary=vocabulary, remarks=remarks)
-        evaluations.append((tasks, evaluation))
-        spelt.update(*(part.spellings for part in datasets))
-        mixed += dataset_unit_remarks(datasets, settings)
-        mixed += unshared_action_remarks(datasets[0], settings)
-        if project.read_only or passing:
-            continue
-        labels = project.runs.existing_labels(used for part in datasets for used in part.labels)
-        project.runs.add(
-            "evaluate",
-            provenance(settings, settled, tasks, labels),
-            run_record(evaluation),
+        evaluation = replace(
+            evaluation,
+            vocabulary=project.actions.joint_vocabulary(
+                tasks, choice.test_task, apart=choice.apart
+            ),
+            remarks=evaluation.remarks + accepted_remarks(datasets[-1], evaluation),
         )
+        evaluations.append((tasks, evaluation))
+        spellings.update(*(part.spellings for part in datasets))
+        remarks += dataset_remarks(datasets, settings)
+        if not (project.read_only or not_stored):
+            labels = project.runs.existing_labels(used for part in datasets for used in part.labels)
+            origin = provenance(settings, choice, tasks, labels)
+            project.runs.add("evaluate", origin, run_record(evaluation))
     if not evaluations:
         if unclear is not None:  # once, not for every task
             raise unclear
         raise InputError(f"No task can be evaluated. {' '.join(refusals)}")
-    remarks = (
+    remarks = [
         *refusals,
-        *dict.fromkeys(mixed),
-        *unused_merge_remarks(settings, spelt),
+        *dict.fromkeys(remarks),
+        *unused_merge_remarks(settings, spellings),
         *_read_only_remarks(project),
-    )
-    remarks += passing
-    return TaskEvaluations(evaluations, bool(chosen) or len(groups) == 1, remarks)
+        *not_stored,
+    ]
+    return TaskEvaluations(evaluations, bool(selection.tasks) or len(groups) == 1, tuple(remarks))
+
+
+def _task_groups(project: Project, selection: DataSelection) -> list[tuple[str, ...]]:
+    """The tasks of each evaluation: those chosen together, else every task by itself."""
+    if selection.tasks:
+        return [tuple(dict.fromkeys(selection.tasks))]
+    tasks = project.demonstrations.tasks()
+    if not tasks:
+        raise InputError(f"'{project.path}' has nothing to evaluate; import recordings first.")
+    groups: list[tuple[str, ...]] = [(task,) for task in tasks if task != selection.test_task]
+    if not groups:
+        raise InputError(
+            f"'{project.path}' has no task but '{selection.test_task}', so there is none to train "
+            f"on; name no task to test on, and its demonstrations are left out in turn."
+        )
+    return groups
 
 
 def _not_stored_remarks(selection: DataSelection, latency: float | None) -> tuple[str, ...]:
@@ -234,26 +242,6 @@ def evaluate_joined(
     )
 
 
-def accepted_remarks(dataset: Dataset, evaluation: Evaluation) -> tuple[str, ...]:
-    """A sentence if labels that were tested on are proposals that nobody changed."""
-    ids = {item.id for item in evaluation.tested}
-    tested = [
-        segment
-        for item in dataset.labelled
-        if item.demonstration.id in ids
-        for segment in item.segments
-    ]
-    accepted = [segment for id_ in ids for segment in dataset.accepted.get(id_, ())]
-    if not accepted:
-        return ()
-    share = sum(s.end - s.start for s in accepted) / sum(s.end - s.start for s in tested)
-    return (
-        f"{len(accepted)} of {counted(len(tested), 'tested segment')} ({percent(share)} % of the "
-        f"tested time) {'was' if len(accepted) == 1 else 'were'} proposed by a recogniser and "
-        f"{TOO_HIGH}; report scores on demonstrations that were labelled without it.",
-    )
-
-
 def provenance(
     settings: Settings,
     selection: DataSelection,
@@ -267,33 +255,6 @@ def provenance(
         seed=settings.seed,
         labels=labels,
         versions=versions() | distribution_versions(settings.plugins),
-    )
-
-
-def unused_merge_remarks(settings: Settings, spelt: Collection[str]) -> tuple[str, ...]:
-    """A remark on a merge map's spellings that no label has."""
-    unused = settings.merge.unused(spelt)
-    return (f"The merge map names what nobody labelled: {', '.join(unused)}.",) if unused else ()
-
-
-def dataset_unit_remarks(datasets: Sequence[Dataset], settings: Settings) -> tuple[str, ...]:
-    """A remark on labelled demonstrations whose channels have different units."""
-    labelled = [item for part in datasets for item in part.labelled if item.segments]
-    return mixed_unit_remarks([item.demonstration for item in labelled], settings)
-
-
-def unshared_action_remarks(dataset: Dataset, settings: Settings) -> tuple[str, ...]:
-    """A remark on actions of another coder that the coder's own labels do not have."""
-    merged = [item.merged(settings.merge) for item in dataset.labelled]
-    own, added = (
-        {s.action for item in merged if item.added is which for s in item.segments}
-        for which in (False, True)
-    )
-    if not added - own:
-        return ()
-    return (
-        f"Of the added labels alone: {', '.join(sorted(added - own))}; a merge map makes them one "
-        f"with an action of yours where they mean the same.",
     )
 
 
@@ -357,8 +318,7 @@ def train_tasks_job(
     used = [item for item in dataset.labelled if item.segments]
     remarks = (
         settings_remarks(used, recogniser.rate, settings)
-        + dataset_unit_remarks([dataset], settings)
-        + unshared_action_remarks(dataset, settings)
+        + dataset_remarks([dataset], settings)
         + unused_merge_remarks(settings, dataset.spellings)
         + _read_only_remarks(project)
     )
@@ -385,11 +345,3 @@ def _refuse_unstorable(labelled: Sequence[LabelledDemonstration], settings: Sett
     except InputError:
         return
     dump(recogniser)
-
-
-def unlearnt_remarks(dataset: Dataset, recogniser: Recogniser) -> tuple[str, ...]:
-    """A remark on actions that are labelled but gave no training sample."""
-    merged = (item.merged(recogniser.settings.merge) for item in dataset.labelled)
-    labels = {segment.action for item in merged for segment in item.segments}
-    names = sorted(labels - set(recogniser.actions))
-    return (f"No sample to train on at this stride: {', '.join(names)}.",) if names else ()

@@ -69,7 +69,7 @@ def can_send() -> bool:
     return find_spec("pylsl") is not None
 
 
-class LiveModelController(QObject):
+class RecognitionController(QObject):
     """A recogniser on whatever devices are connected."""
 
     changed = Signal()

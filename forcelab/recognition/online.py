@@ -49,15 +49,15 @@ TOLERANCE = 1e-5
 #: Samples that wavelets see before a hop at most, on the recogniser's grid: those of wider ones,
 #: such as of preset released, go on with the first value, which costs no accuracy on the paper's
 #: recordings.
-MOST = 5000
+MOST_PAST = 5000
 #: Seconds after which the noise, by which small magnitudes are floored, is estimated anew.
 NOISE_SECONDS = 1.0
 #: Samples from whose stamps the device's period is taken where it is not known.
-PROBE = 64
+PERIOD_SAMPLES = 64
 #: Samples of a demonstration that are pushed at once.
 BLOCK = 4096
 #: Greatest latency in seconds: the samples of that time are kept in memory.
-LONGEST = 600.0
+LONGEST_LATENCY = 600.0
 
 
 @dataclass(frozen=True)
@@ -191,7 +191,7 @@ class _Stage:
 
 def wavelet_samples(settings: Settings, budget: Budget, rate: float) -> tuple[int, int, int]:
     """Samples before a hop that wavelets see, of it at most, and from its beginning on."""
-    before = min(MOST, max(reaches(settings.scales, settings.mother, TOLERANCE).tolist()))
+    before = min(MOST_PAST, max(reaches(settings.scales, settings.mother, TOLERANCE).tolist()))
     hop = ceil((1 + SAME_RATE) * budget.hop * rate) + 1  # the grid's rate is nearly that
     return before, hop, max(round(budget.complete * rate) + 1, hop)
 
@@ -315,15 +315,15 @@ def nearest_steps(grid: Grid, times: Real) -> Codes:
 
 
 def check_latency(latency: float) -> None:
-    """Refuse a latency that is no number of seconds from 0 to :data:`LONGEST`."""
-    if not 0 <= latency <= LONGEST:
+    """Refuse a latency that is no number of seconds from 0 to :data:`LONGEST_LATENCY`."""
+    if not 0 <= latency <= LONGEST_LATENCY:
         raise InputError(
-            f"The latency is a number of seconds from 0 to {LONGEST:g}, not {latency:g}."
+            f"The latency is a number of seconds from 0 to {LONGEST_LATENCY:g}, not {latency:g}."
         )
 
 
 class OnlineRecogniser:
-    """Labels of a stream, `latency` seconds (0 to :data:`LONGEST`) after each sample.
+    """Labels of a stream, `latency` seconds (0 to :data:`LONGEST_LATENCY`) after each sample.
 
     No label comes before all samples of its hop are there. `channels` are the columns of the
     samples to come; without a `rate` the stamps of the first ones tell it. Memory and time per
@@ -356,7 +356,7 @@ class OnlineRecogniser:
         self.step: float | None = None
         self.budget: Budget | None = None
         if rate is not None:
-            self._settle(1.0 / rate)
+            self._set_period(1.0 / rate)
 
     @property
     def actions(self) -> tuple[str, ...]:
@@ -398,8 +398,8 @@ class OnlineRecogniser:
         values[~measured(values)] = np.nan
         self._times = np.concatenate([self._times, stamps[later]])
         self._values = np.concatenate([self._values, values])
-        if self.step is None and len(self._times) >= PROBE:
-            self._settle(float(np.median(np.diff(self._times[:PROBE]))))
+        if self.step is None and len(self._times) >= PERIOD_SAMPLES:
+            self._set_period(float(np.median(np.diff(self._times[:PERIOD_SAMPLES]))))
         return self._labels(ended=False)
 
     def finish(self) -> LiveLabels:
@@ -409,11 +409,11 @@ class OnlineRecogniser:
         """
         if self.step is None:
             steps = np.diff(self._times)
-            self._settle(float(np.median(steps)) if len(steps) else 1.0 / self.recogniser.rate)
+            self._set_period(float(np.median(steps)) if len(steps) else 1.0 / self.recogniser.rate)
         return self._labels(ended=True)
 
-    def _settle(self, period: float) -> None:
-        """The device's period (s) is known."""
+    def _set_period(self, period: float) -> None:
+        """Plan hops and features for the device's period (s)."""
         self._rate = rate = grid_rate(self.recogniser, period)
         self.step, self.budget = period, budget_of(self.recogniser, self.latency, period)
         whole = needs_live_model(self.recogniser.settings)
@@ -424,13 +424,13 @@ class OnlineRecogniser:
         """The labels that are decided by the samples so far."""
         parts: list[LiveLabels] = []
         if self.budget is not None and len(self._times):
-            for hop in self._due(self.budget, ended):
+            for hop in self._complete_hops(self.budget, ended):
                 with one_blas_thread():
                     parts += self._stage.push(hop)
             if ended:
                 parts += self._stage.finish()
             self._forget(self._start + self._hops * self.budget.hop - self._stage.past)
-        return _joined([_nothing(self.recogniser), *parts])
+        return _join_labels([_no_labels(self.recogniser), *parts])
 
     def _forget(self, before: float) -> None:
         """Samples before this time are needed no more, but for the latest."""
@@ -439,7 +439,7 @@ class OnlineRecogniser:
         self._times, self._values = self._times[gone:], self._values[gone:]
         self._done -= gone
 
-    def _due(self, budget: Budget, ended: bool) -> Iterator[_Hop | None]:
+    def _complete_hops(self, budget: Budget, ended: bool) -> Iterator[_Hop | None]:
         """The hops that have all that they wait for; None for each without samples."""
         assert self.step is not None
         times, half = self._times, 0.5 * self.step
@@ -489,7 +489,7 @@ def recognise_with_latency(
     times, signals = demonstration.times, demonstration.signals
     blocks = [slice(first, first + BLOCK) for first in range(0, len(times), BLOCK)]
     parts = [online.push(times[block], signals[block]) for block in blocks]
-    return _joined([*parts, online.finish()])
+    return _join_labels([*parts, online.finish()])
 
 
 def _check_live(recogniser: Recogniser) -> None:
@@ -508,13 +508,13 @@ def _check_live(recogniser: Recogniser) -> None:
     )
 
 
-def _nothing(recogniser: Recogniser) -> LiveLabels:
+def _no_labels(recogniser: Recogniser) -> LiveLabels:
     has = hasattr(recogniser.classifier, "predict_proba")
     probabilities = np.empty((0, len(recogniser.actions))) if has else None
     return LiveLabels(np.empty(0), np.empty(0, dtype=np.int64), probabilities)
 
 
-def _joined(parts: Sequence[LiveLabels]) -> LiveLabels:
+def _join_labels(parts: Sequence[LiveLabels]) -> LiveLabels:
     probabilities = [part.probabilities for part in parts if part.probabilities is not None]
     return LiveLabels(
         np.concatenate([part.times for part in parts]),

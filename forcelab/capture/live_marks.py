@@ -1,0 +1,101 @@
+"""Actions that are marked while a recording runs, by the keys that are held down."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from forcelab.labels import Segment, Track, ordered
+
+#: Seconds between a key going up and down again that no finger is as fast as. On X a held key
+#: repeats as a release and a press; where these are read one by one, nothing tells what they are.
+AUTOREPEAT_SECONDS = 0.03
+
+
+class LiveMarks:
+    """Grows while keys go down and up, in any clock's seconds that never run back."""
+
+    def __init__(self) -> None:
+        self.segments: list[Segment] = []
+        self._held: list[str] = []
+        self._since = 0.0
+        self._released: tuple[str, float] | None = None  # may come down again at once
+
+    def press(self, action: str, down: bool, now: float) -> None:
+        """The key of an action went down or up."""
+        released = self._released
+        if (
+            down
+            and released is not None
+            and released[0] == action
+            and now - released[1] <= AUTOREPEAT_SECONDS
+        ):
+            self._released = None
+            return
+        self._settle()
+        if down:
+            self._release(action, now)
+            self._held.append(action)
+        else:
+            self._released = action, now
+
+    def current(self) -> tuple[str, float] | None:
+        """The action that counts now, and since when; None where no key is down."""
+        self._settle()
+        return (self._held[-1], self._since) if self._held else None
+
+    def end(self, now: float) -> None:
+        """Keys mark nothing any more."""
+        self._settle()
+        self._extend(now)
+        self._held.clear()
+
+    def track(self, now: float, since: float = 0.0) -> list[Segment]:
+        """All segments that end after a time, with the one that grows."""
+        segments = []
+        for segment in reversed(self.segments):
+            if segment.end <= since:
+                break
+            segments.append(segment)
+        segments.reverse()
+        released, released_at = self._released or ("", now)
+        if self._held and released_at > self._since:
+            segments.append(Segment(self._since, released_at, self._held[-1]))
+        below = [action for action in self._held if action != released]
+        if below and now > released_at:
+            segments.append(Segment(released_at, now, below[-1]))
+        return segments
+
+    def _settle(self) -> None:
+        """What went up stays up."""
+        if self._released is not None:
+            (action, at), self._released = self._released, None
+            self._release(action, at)
+
+    def _release(self, action: str, now: float) -> None:
+        """Hold an action no more, from a time on."""
+        self._extend(now)
+        if action in self._held:
+            self._held.remove(action)
+
+    def _extend(self, now: float) -> None:
+        """The action that counts has lasted until a time."""
+        if self._held and now > self._since:
+            action, start = self._held[-1], self._since
+            last = self.segments[-1] if self.segments else None
+            if last is not None and (last.end, last.action) == (start, action):
+                start = self.segments.pop().start
+            self.segments.append(Segment(start, now, action))
+        self._since = max(now, self._since)
+
+
+def marks_track(
+    marks: Sequence[Mapping[str, Any]], start: float, end: float, author: str
+) -> Track | None:
+    """The track of the keys that were held down."""
+    marked = LiveMarks()
+    for mark in sorted(marks, key=lambda mark: float(mark["at"])):
+        at = min(float(mark["at"]) - start, end)  # none before 0 either
+        marked.press(str(mark["action"]), bool(mark["down"]), at)
+    marked.end(end)
+    return Track(author, ordered(marked.segments)) if marked.segments else None
