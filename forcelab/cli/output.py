@@ -138,7 +138,7 @@ class _Bar:
         self._drawn = now
         full = round(WIDTH * progress.done / max(progress.total, 1))
         bar = "█" * full + "·" * (WIDTH - full)
-        bar += f" {progress.done}/{progress.total}{self._time_left(now - self._begun)}"
+        bar += f" {progress.done:,}/{progress.total:,}{self._time_left(now - self._begun)}"
         words = printable(f"{self._title} {progress.text}".strip())
         room = max(_terminal_width() - len(bar) - 2, 1)
         show_line(f"{words if len(words) <= room else words[: room - 1] + '…'} {bar}")

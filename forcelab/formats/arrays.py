@@ -25,7 +25,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import ForcelabError, InputError
-from forcelab.formats.recording import ANY_USE, ColumnUse, ReadOptions, Recording, Use
+from forcelab.formats.recording import (
+    ANY_USE,
+    ColumnUse,
+    ReadOptions,
+    Recording,
+    Use,
+    reading_progress,
+)
 from forcelab.formats.rosbag_topics import Field, name_forces, values_within, with_sensors
 from forcelab.formats.table import TableBody, make_recording, preview_layout
 from forcelab.formats.table_columns import ColumnRoles, TextColumn, choose_roles, is_counter_name
@@ -496,7 +503,7 @@ class _Choice:
                     else:
                         names = array.codes or self._code_names(array)
                         words[index] = _words(column, names)
-                yield Progress(min(done, total), total, f"reading {self.layout.path.name}")
+                yield reading_progress(self.layout.path, done, total)
             if time in places:
                 title = self.layout.columns[time]
                 unit = unit_of_time(title)

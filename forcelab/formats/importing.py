@@ -335,7 +335,7 @@ def _relayed(
                 result: ResultT = end.value
                 return result
             own = step.total > 1 and time.monotonic() - begun >= SLOW
-            yield replace(step, text=f"{overall.text}{which}") if own else overall
+            yield replace(step, text=f"{step.text}{which}") if own else overall
 
 
 def _unpacking(

@@ -11,6 +11,7 @@ from typing import Any, Literal
 
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
+from forcelab.jobs import Progress
 from forcelab.labels import Track
 from forcelab.project import Note
 
@@ -152,6 +153,16 @@ class Recording:
     statistics: Mapping[str, int] = field(default_factory=dict)
     not_imported: str = ""
     notes: tuple[Note, ...] = ()
+
+
+#: Bytes that are counted as one: people think of files in megabytes.
+_UNIT = 10**6
+
+
+def reading_progress(path: Path, done: int, size: int) -> Progress:
+    """How many of about so many bytes of a file have been read, in megabytes."""
+    total = size // _UNIT
+    return Progress(min(done // _UNIT, total), total, f"reading {path.name}")
 
 
 def give_units(recording: Recording, units: Iterable[tuple[str, str]]) -> Recording:

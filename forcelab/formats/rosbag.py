@@ -13,6 +13,7 @@ import os
 import shutil
 import struct
 import tempfile
+from collections import Counter
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -24,7 +25,13 @@ from forcelab.demonstration import Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
 from forcelab.formats.label_tables import own_or_beside_tracks
-from forcelab.formats.recording import ColumnUse, ReadOptions, Recording, Use
+from forcelab.formats.recording import (
+    ColumnUse,
+    ReadOptions,
+    Recording,
+    Use,
+    reading_progress,
+)
 from forcelab.formats.rosbag_pictures import (
     describe_picture,
     is_picture,
@@ -195,12 +202,16 @@ def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Rec
         data = select_fields(topics, options)
         pictures, left_pictures = select_pictures(topics, options)
         # Those of pictures are read twice: once their times are known they are written.
-        read_names = [topic.topic for topic in (*data, *pictures, *pictures)]
-        total = sum(c.msgcount * read_names.count(c.topic) for c in bag.connections)
-        numbers = itertools.count(1)
+        times_read = Counter(topic.topic for topic in (*data, *pictures, *pictures))
+        sizes = {name: _message_size(bag, name) for name in times_read}
+        numbers = ((c.topic, c.msgcount * times_read[c.topic]) for c in bag.connections)
+        total = sum(number * sizes[topic] for topic, number in numbers if number)
+        done = 0
 
-        def count() -> Progress:
-            return Progress(min(next(numbers), total), total, f"reading {path.name}")
+        def count(topic: str) -> Progress:
+            nonlocal done
+            done += sizes[topic]
+            return reading_progress(path, done, total)
 
         yield from _fill([*data, *pictures], bag, count)
         names = _constants(topics, data, bag)
@@ -501,29 +512,37 @@ def survey_topics(bag: Any) -> tuple[list[Contents], list[str]]:
     return topics, unreadable
 
 
+def _message_size(bag: Any, topic: str) -> int:
+    """Bytes of the first message of a topic, as which all of them are counted."""
+    connections = [c for c in bag.connections if c.topic == topic and c.msgcount]
+    with _naming_damage(bag.paths[0]):
+        entry = next(bag.messages(connections=connections), None)
+        return max(1, len(entry[2])) if entry is not None else 1
+
+
 #: Messages that are read from one progress to the next.
 _STEP: Final = 50
 
 
 def _fill(
-    data: Sequence[TopicData], bag: Any, count: Callable[[], Progress]
+    data: Sequence[TopicData], bag: Any, count: Callable[[str], Progress]
 ) -> Generator[Progress, None, None]:
-    """Read all messages of what was chosen, topic by topic; `count` counts them.
+    """Read all messages of what was chosen, topic by topic; `count` counts those of a topic.
 
     The library unpacks a chunk anew whenever the next message is of another one, which, over all
     topics together, may be every time.
     """
     for topic in data:
         connections = [c for c in bag.connections if c.topic == topic.topic]
-        for arrived, message in _messages(bag, connections):
+        for number, (arrived, message) in enumerate(_messages(bag, connections), start=1):
             topic.add(arrived, message)
-            progress = count()
-            if progress.done % _STEP == 0:
+            progress = count(topic.topic)
+            if number % _STEP == 0:
                 yield progress
 
 
 def _write_videos(
-    bag: Any, frames: Sequence[FrameTimes], options: ReadOptions, count: Callable[[], Progress]
+    bag: Any, frames: Sequence[FrameTimes], options: ReadOptions, count: Callable[[str], Progress]
 ) -> Generator[Progress, None, tuple[list[VideoReference], list[str]]]:
     """Write the pictures of each topic into a video; with remarks."""
     videos: list[VideoReference] = []

@@ -68,14 +68,14 @@ def write_video(
     messages: Iterator[tuple[int, Any]],
     frames: FrameTimes,
     path: Path,
-    count: Callable[[], Progress],
+    count: Callable[[str], Progress],
     *,
     strict: bool,
 ) -> Generator[Progress, None, tuple[VideoReference | None, tuple[str, ...]]]:
     """Write the pictures of a topic into a new file, one after the other; also gives remarks.
 
-    `count` counts the messages. Pictures that are damaged, or of another size than the first, are
-    left out; `strict` refuses them.
+    `count` counts those of a topic. Pictures that are damaged, or of another size than the first,
+    are left out; `strict` refuses them.
     """
     from forcelab.video.jpeg_writer import JpegVideoWriter
     from forcelab.video.pictures import PictureError
@@ -88,7 +88,7 @@ def write_video(
     with ExitStack() as stack:
         stack.enter_context(file_errors(f"The pictures of {topic} were not written to '{path}'"))
         for row, (_, message) in enumerate(messages):
-            yield count()
+            yield count(topic)
             if row not in times:
                 continue
             try:

@@ -20,7 +20,13 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError, UnclearRateError
 from forcelab.formats.label_tables import is_label_table, own_or_beside_tracks
-from forcelab.formats.recording import ColumnUse, ReadOptions, Recording, Use
+from forcelab.formats.recording import (
+    ColumnUse,
+    ReadOptions,
+    Recording,
+    Use,
+    reading_progress,
+)
 from forcelab.formats.samples import SAMPLES
 from forcelab.formats.table_columns import (
     SEVERAL_AUTHORS,
@@ -316,7 +322,7 @@ def read_rows(
     rest = [i for i in range(len(layout.columns)) if i not in reader.plain]
     for line_numbers, rows in row_blocks:
         if done:
-            yield Progress(min(done, size), size, f"reading {layout.path.name}")
+            yield reading_progress(layout.path, done, size)
         done += len(rows) + sum(map(len, rows))
         quick = _parse_block(rows, dialect, reader.plain)
         columns: dict[int, Sequence[str] | NDArray[Any]]

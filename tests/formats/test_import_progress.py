@@ -19,6 +19,7 @@ from forcelab.project import Project
 @pytest.fixture(autouse=True)
 def shown_at_once(monkeypatch):
     monkeypatch.setattr(imports, "SLOW", 0.0)
+    monkeypatch.setattr("forcelab.formats.recording._UNIT", 1)
 
 
 @pytest.fixture
@@ -58,16 +59,17 @@ def bag(tmp_path):
     return rosbag_files.write_bag(tmp_path / "peg.bag", topics)
 
 
-def test_the_messages_of_a_bag_are_counted(tmp_path, bag):
+def test_the_messages_of_a_bag_are_counted_by_their_bytes(tmp_path, bag):
     output = []
     assert finish(importing(tmp_path / "n.forcelab", [bag]), output.append).count("new") == 1
     own = [step for step in output if step.total > 2]
+    (total,) = {step.total for step in own}
     # Pictures are read for their times, and again to be written.
-    assert {step.total for step in own} == {WRENCHES + 2 * FRAMES}
+    assert 1.9 < total / bag.stat().st_size < 2.1
     assert {step.text for step in own} == {"reading peg.bag"}
     done = [step.done for step in own]
     assert done == sorted(done)
-    assert done[-1] == WRENCHES + 2 * FRAMES
+    assert done[-1] == total
 
 
 def test_of_several_files_it_is_told_which_one_is_read(tmp_path, bag, project):
@@ -79,9 +81,8 @@ def test_of_several_files_it_is_told_which_one_is_read(tmp_path, bag, project):
     assert texts == {"reading other.bag, file 1 of 2", "reading peg.bag, file 2 of 2"}
 
 
-@pytest.mark.parametrize(
-    "share", [0.5, 0.95]
-)  # while forces are read, and while a video is written
+# While forces are read, and while a video is written.
+@pytest.mark.parametrize("share", [0.005, 0.7])
 def test_a_bag_that_is_cancelled_half_way_leaves_the_project_as_it_was(
     project, bag, scratch, share
 ):
@@ -89,7 +90,7 @@ def test_a_bag_that_is_cancelled_half_way_leaves_the_project_as_it_was(
     job = importing(project, [bag])
     step = next(step for step in job if step.total > 2 and step.done >= share * step.total)
     assert step.done < step.total
-    assert any(scratch.rglob("*.mkv")) == (share > 0.9)
+    assert any(scratch.rglob("*.mkv")) == (share > 0.5)
     job.close()
     assert snapshot(project) == before
     assert list(scratch.iterdir()) == []
@@ -186,8 +187,8 @@ def test_arrays_are_read_by_their_bytes_in_a_process_that_ends_with_the_import(t
     path, size = hdf5_file(tmp_path / "a.h5")
     before = snapshot(project)
     job = importing(project, [path])
-    step = next(step for step in job if step.total == size and step.done > size / 4)
-    assert step.done < size
+    step = next(step for step in job if step.total == size // 10**6 and step.done)
+    assert step.done < step.total
     job.close()
     assert snapshot(project) == before
     with Project.open(project) as opened:

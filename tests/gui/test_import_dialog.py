@@ -143,6 +143,7 @@ def test_cancel_stops_an_import_half_way_and_the_dialog_stays(
 
     monkeypatch.setattr(import_dialog, "importing", importing_until_cancelled)
     monkeypatch.setattr("forcelab.formats.importing.SLOW", 0.0)
+    monkeypatch.setattr("forcelab.formats.recording._UNIT", 1)
     dialog = open_on(long_table)
     bar = named(dialog, QProgressBar, "Progress of the import")
     cancel = named(dialog, QPushButton, "Cancel the import")
