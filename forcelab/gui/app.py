@@ -128,6 +128,7 @@ def quit_on_signals(application: QApplication) -> Iterator[list[QWidget]]:
         if QThread.currentThread().loopLevel() == 0:
             QTimer.singleShot(POLL_MS, partial(leave, number))
             return
+        application.setQuitOnLastWindowClosed(False)  # which would end it with status 0
         for window in windows:
             window.close()
         application.exit(128 + number)
