@@ -203,7 +203,6 @@ def test_progress_tells_each_file_before_it_is_read(tmp_path, project):
         Progress(0, 3, "reading a.csv"),
         Progress(1, 3, "reading b.csv"),
         Progress(2, 3, "writing p.forcelab"),
-        Progress(3, 3, "done"),
     ]
     assert report.count("new") == 2
 
