@@ -188,7 +188,9 @@ def reading(path: Path, options: ReadOptions) -> Generator[Progress, None, list[
         recordings = yield from run_through(_module(format_).read(path, options))
         if not recordings:
             raise InputError(f"'{path}' holds no recording; there is nothing to import.")
-        return [give_units(recording, options.units) for recording in recordings]
+        if options.units:
+            recordings = [give_units(each, dict(options.units)) for each in recordings]
+        return recordings
 
 
 def preview(path: str | os.PathLike[str], options: ReadOptions) -> tuple[ColumnUse, ...]:

@@ -306,7 +306,6 @@ def importing(
         writing = Progress(len(paths), total, f"writing {project.name}")
         yield writing
         demonstrations = yield from _relayed(_writing(project, read_files, options), writing)
-    yield Progress(total, total, "done")
     statistics: Counter[str] = Counter()
     for recording in chain.from_iterable(read_files.values()):
         statistics.update(recording.statistics)
@@ -344,7 +343,6 @@ def _unpacking(
     """Make a project of a whole archive."""
     with (yield from unpacking(path, project)) as unpacked:
         infos = unpacked.demonstrations.infos()
-    yield Progress(1, 1, "done")
     demonstrations = tuple(Imported(path, AddResult(i.id, i.name, "new")) for i in infos)
     if options == ReadOptions(unpack=options.unpack, videos=options.videos):
         return ImportReport(demonstrations)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -42,7 +42,8 @@ class ReadOptions:
     signals : tuple of str
         Names or 1-based numbers of columns that are channels, whatever they look like.
     units : tuple of (str, str)
-        Names of channels, each with its unit; where the file states one, that counts.
+        Names of channels, each with its unit, of several of a name the last one; where the file
+        states one, that counts.
     videos : bool
         Whether videos that lie beside a recording are attached to it: the one that is called as
         it is, and further ones by what follows its name, as ``pull.left.mp4`` is of ``pull.csv``.
@@ -165,22 +166,22 @@ def reading_progress(path: Path, done: int, size: int) -> Progress:
     return Progress(min(done // _UNIT, total), total, f"reading {path.name}")
 
 
-def give_units(recording: Recording, units: Iterable[tuple[str, str]]) -> Recording:
+def give_units(recording: Recording, units: Mapping[str, str]) -> Recording:
     """The recording with units of channels that have none; what is not used becomes a remark."""
-    channels, remarks = list(recording.demonstration.channels), list[str]()
-    for name, unit in units:
-        places = [i for i, channel in enumerate(channels) if channel.name == name]
-        if not places:
-            remarks.append(f"No channel is called '{name}', so that its unit was not used.")
-        for i in places:
-            if not channels[i].unit:
-                channels[i] = replace(channels[i], unit=unit)
-            elif channels[i].unit != unit:
-                stated = f"'{channels[i].name}' is in {channels[i].unit}, as the file states"
-                remarks.append(f"{stated}, not in {unit}.")
-    if not remarks and tuple(channels) == recording.demonstration.channels:
-        return recording
-    demonstration = replace(recording.demonstration, channels=tuple(channels))
+    channels = recording.demonstration.channels
+    names = {channel.name for channel in channels}
+    remarks = [
+        f"No channel is called '{name}', so that its unit was not used."
+        for name in units
+        if name not in names
+    ]
+    remarks += [
+        f"'{c.name}' is in {c.unit}, as the file states, not in {units[c.name]}."
+        for c in channels
+        if c.unit and units.get(c.name, c.unit) != c.unit
+    ]
+    channels = tuple(replace(c, unit=c.unit or units.get(c.name, "")) for c in channels)
+    demonstration = replace(recording.demonstration, channels=channels)
     return replace(recording, demonstration=demonstration, remarks=(*recording.remarks, *remarks))
 
 

@@ -280,7 +280,8 @@ class DemonstrationList(QWidget):
         document, demonstration = self._document, self._document.demonstration
         if demonstration is None or not confirm_reveal(document, {document.id}, self.window()):
             return
-        document.finish_stroke()  # it may leave a gap, or fill one
+        if not document.finish_stroke():  # it may leave a gap, or fill one
+            return
         gaps = _short_gaps_text(document.editor.segments)
         following = find_next(list(self.model.rows), document.id, lambda row: not row.finished)
         if not document.set_done(then_open="" if following is None else following.info.id):

@@ -86,8 +86,10 @@ class DemonstrationMenu(QObject):
 
     def set_done(self, ids: list[str], done: bool) -> bool:
         """Mark demonstrations as done by the coder, or as not done."""
-        author = self._document.author
-
+        document = self._document
+        if done and document.id in ids and not document.finish_stroke():
+            return False
+        author = document.author
         return self._each(ids, lambda project, id_: project.coding.set_done(id_, author, done))
 
     def rename(self, id_: str, name: str) -> bool:

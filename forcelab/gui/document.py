@@ -178,7 +178,7 @@ class Document(QObject):
         if self.project is None:
             return
         self.view.set_playing(False)
-        self._leave_stroke()
+        self.finish_stroke(leaving=True)
         self.project.close()
         self.project = None
         self.infos = ()
@@ -209,7 +209,7 @@ class Document(QObject):
                 return True
             editor = self._editor_of(self.project, demonstration.id, self.author)
             labels = self._visible_labels(self.author, demonstration)
-            self._leave_stroke()
+            self.finish_stroke(leaving=True)
             if self.id:  # what was painted in the previous one enters the list only now
                 with suppress(InputError):  # removed elsewhere meanwhile
                     self._update_info(self.project)
@@ -240,7 +240,7 @@ class Document(QObject):
                 labels = self._visible_labels(name, self.demonstration)
             if errors:  # the coder shown must be the one whose labels are shown
                 return
-            self._leave_stroke()
+            self.finish_stroke(leaving=True)
             self._edit_track(editor)
             self._show_labels(labels)
         else:
@@ -332,9 +332,6 @@ class Document(QObject):
         if self.project is None or not self.id:
             return False
         if not self.finish_stroke():
-            if self.stroke is not None and not self.refused:
-                sentence = f"{self.stroke} is not ended: press its key again, or Esc to cancel it."
-                self.refuse(sentence, on_track=True)
             return False
         with self._reporting_errors(tried=True) as errors:
             blind = self.coding_blind
@@ -736,26 +733,26 @@ class Document(QObject):
             self.begin_stroke(stroke.action, stroke.start)
         return painted
 
-    def finish_stroke(self) -> bool:
-        """End the stroke at the cursor, as it is drawn there, before its track is left.
+    def finish_stroke(self, *, leaving: bool = False) -> bool:
+        """End the stroke at the cursor, as it is drawn there; returns whether none waits any more.
 
-        Not where that would paint over segments: it may have been begun by mistake. Returns whether
-        nothing waits for its end any more.
+        Not where that would paint over segments: it may have been begun by mistake. That is
+        refused or, where its track is left anyway, told.
         """
         if self.stroke is None:
             return True
         start, end = sorted((self.stroke.start, self.view.cursor))
+        segments = self.editor.segments
         if end - start <= SLIVER:
             self.cancel_stroke()
-            return True
-        if any(s.start + SLIVER < end and start + SLIVER < s.end for s in self.editor.segments):
-            self.refused = False
-            return False
-        return self.end_stroke(self.view.cursor)
-
-    def _leave_stroke(self) -> None:
-        if not self.finish_stroke():
+        elif not any(s.start + SLIVER < end and start + SLIVER < s.end for s in segments):
+            self.end_stroke(self.view.cursor)
+        elif not leaving:
+            sentence = f"{self.stroke} is not ended: press its key again, or Esc to cancel it."
+            self.refuse(sentence, on_track=True)
+        if leaving and self.stroke is not None:
             self.show_message(f"{self.stroke} was not ended: it is not stored.", True)
+        return self.stroke is None
 
     def cancel_stroke(self) -> None:
         if self.stroke is not None:

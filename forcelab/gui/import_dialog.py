@@ -7,10 +7,11 @@ import json
 import os
 import re
 from collections.abc import Callable, Collection, Generator, Sequence
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from threading import Event
 from typing import Final, NamedTuple
 
 from PySide6.QtCore import QSize, Qt, QTimer, Signal
@@ -68,6 +69,7 @@ from forcelab.gui.layout import (
 )
 from forcelab.gui.text import name_fields, settle_name
 from forcelab.gui.theme import colours
+from forcelab.jobs import Progress
 from forcelab.signals.channels import find_force_axes
 from forcelab.text import counted, listed, tidy_name
 
@@ -535,9 +537,18 @@ def _optional_line(name: str, placeholder: str) -> QLineEdit:
     return line
 
 
-def _nothing() -> Generator[None, None, None]:
-    """A job that waits for the one before it."""
-    yield
+def _run_until(
+    cancelled: Event, steps: Generator[Progress, None, ImportReport]
+) -> Generator[Progress, None, ImportReport | None]:
+    """Run an import; None where it was cancelled before it was done, and left nothing."""
+    with closing(steps):
+        try:
+            while not cancelled.is_set():
+                yield next(steps)
+        except StopIteration as end:
+            report: ImportReport = end.value
+            return report
+    return None
 
 
 _GOES_ON = "Wait until this is imported."
@@ -807,8 +818,10 @@ class ImportDialog(FileDrop, QDialog):
         set_enabled_with_reason(self._go, _GOES_ON)
         self._show_running(True)
         self._show_report()
+        self._cancelled = Event()
+        steps = importing(path, [file for file in files if file not in loose], options)
         self._jobs.run(
-            importing(path, [file for file in files if file not in loose], options),
+            _run_until(self._cancelled, steps),
             partial(self._imported, path, files, self.columns.choice()),
             self._failed,
             self._bar.show_progress,
@@ -823,21 +836,18 @@ class ImportDialog(FileDrop, QDialog):
     def _cancel(self) -> None:
         """Cancel the import; the dialog and its choices stay."""
         self._stop.setEnabled(False)
-        # It waits until all that the import had begun is cleaned up.
-        self._jobs.run(_nothing(), self._cancelled, key="import")
-
-    def _cancelled(self, _: None) -> None:
-        self._show_running(False)
-        self._changed()
-        self._document.reread()  # it may have been done already
-        self._show_report(["The import was cancelled."])
-        self._go.setFocus()
+        self._cancelled.set()
 
     def _imported(
-        self, path: Path, files: Sequence[str], choice: str, report: ImportReport
+        self, path: Path, files: Sequence[str], choice: str, report: ImportReport | None
     ) -> None:
         """Report the import; files that failed or were added meanwhile stay in the list."""
         self._show_running(False)
+        if report is None:
+            self._changed()
+            self._show_report(["The import was cancelled."])
+            self._go.setFocus()
+            return
         if report.demonstrations:
             _remember(choice)
         if self._document.project is None and self._open_project is not None:

@@ -667,7 +667,7 @@ class _Addition:
         if old is not None and old["task"] == task and re.fullmatch(numbered, old["name"]):
             return str(old["name"])
         name = next(n for i in range(2, len(taken) + 3) if (n := f"{own_name} ({i})") not in taken)
-        if (remark := self._remark_on_other_columns(own_name, task)) is not None:
+        if (remark := self._remark_on_other_reading(own_name, task)) is not None:
             self.remarks.append(remark.format(name))
         else:
             self.remarks.append(
@@ -676,8 +676,8 @@ class _Addition:
             )
         return name
 
-    def _remark_on_other_columns(self, own_name: str, task: str) -> str | None:
-        """The remark on a file that was imported before with other columns, if it was."""
+    def _remark_on_other_reading(self, own_name: str, task: str) -> str | None:
+        """The remark on a file that was imported before, read otherwise, if it was."""
         same_file = self.database.one(
             "SELECT * FROM demonstration WHERE name = ? AND task = ? AND source = ? "
             "AND samples = ?",
@@ -692,10 +692,9 @@ class _Addition:
         labelling = "with its labels" if labelled else "not labelled yet"
         name = own_name.replace("{", "{{").replace("}", "}}")
         return (
-            f"The same file was in the project as '{name}', {labelling}, with other columns or "
-            f"times; "
-            f"read anew it is '{{}}'. Remove the one that is not wanted, by its menu in the list "
-            f"of demonstrations or 'forcelab remove'."
+            f"The same file was in the project as '{name}', {labelling}, with other columns, "
+            f"units or times; read anew it is '{{}}'. Remove the one that is not wanted, by its "
+            f"menu in the list of demonstrations or 'forcelab remove'."
         )
 
     def _shares_a_signal(self, row: sqlite3.Row) -> bool:

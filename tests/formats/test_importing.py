@@ -84,8 +84,8 @@ def test_a_file_that_is_read_with_other_columns_is_told_to_be_there_twice(
     report = import_files(project, [file], ReadOptions(task="foam", leave_out=("fx",)))
     its = "with its labels" if labelled else "not labelled yet"
     result = (
-        f"The same file was in the project as 'a', {its}, with other columns or times; read anew "
-        f"it is 'a (2)'. Remove the one that is not wanted, by its menu in the list of "
+        f"The same file was in the project as 'a', {its}, with other columns, units or times; "
+        f"read anew it is 'a (2)'. Remove the one that is not wanted, by its menu in the list of "
         f"demonstrations or 'forcelab remove'."
     )
     assert result in report.remarks[file]
@@ -99,7 +99,7 @@ def test_a_file_that_is_read_with_other_columns_is_told_to_be_there_twice(
 def test_units_are_given_where_the_file_states_none(tmp_path, project):
     file = tmp_path / "pull.csv"
     file.write_text("t,fx,fz [mN]\n" + "".join(f"{n / 50},{n % 7},{n % 5}\n" for n in range(99)))
-    units = ("fx", "N"), ("fz", "N"), ("fy", "N")
+    units = ("fx", "kN"), ("fx", "N"), ("fz", "N"), ("fy", "N")
     report = import_files(project, [file], ReadOptions(units=units))
     with Project.open(project) as opened:
         (info,) = opened.demonstrations.infos()
@@ -110,6 +110,9 @@ def test_units_are_given_where_the_file_states_none(tmp_path, project):
     remarks = report.remarks[file]
     assert "'fz' is in mN, as the file states, not in N." in remarks
     assert "No channel is called 'fy', so that its unit was not used." in remarks
+    assert not any("'fx'" in remark for remark in remarks)
+    (remark,) = import_files(project, [file]).remarks[file]
+    assert "not labelled yet, with other columns, units or times; read anew" in remark
 
 
 def test_a_labels_file_named_beside_its_recording_is_read_with_it(tmp_path, project):
@@ -203,7 +206,6 @@ def test_progress_tells_each_file_before_it_is_read(tmp_path, project):
         Progress(0, 3, "reading a.csv"),
         Progress(1, 3, "reading b.csv"),
         Progress(2, 3, "writing p.forcelab"),
-        Progress(3, 3, "done"),
     ]
     assert report.count("new") == 2
 

@@ -350,6 +350,17 @@ def test_a_task_is_finished_before_another_is_begun(listing, document):
     assert opened(document) == LONG
 
 
+def test_the_menu_too_ends_what_a_key_began_before_it_marks_it_as_done(listing, document):
+    open_named(document, "pen-2")
+    document.begin_stroke("grab", 8)
+    document.view.seek(3)
+    assert not listing.menu.set_done([document.id], True)
+    assert not document.project.coding.assignments("anna")
+    document.view.seek(9)
+    assert listing.menu.set_done([document.id], True)
+    assert document.editor.segments == (Segment(0, 5, "grab"), Segment(8, 9, "grab"))
+
+
 def test_going_on_by_a_key_with_ctrl_chooses_that_one_alone(listing, document):
     open_named(document, "block")
     screen = listing.window().windowHandle()

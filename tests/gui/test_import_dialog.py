@@ -166,6 +166,28 @@ def test_cancel_stops_an_import_half_way_and_the_dialog_stays(
     assert document.demonstration.name == "long"
 
 
+def test_an_import_that_is_cancelled_once_it_is_written_is_reported(
+    document, open_on, until, monkeypatch
+):
+    written, cancelled = threading.Event(), threading.Event()
+
+    def importing_until_cancelled(*given):
+        result = yield from importing(*given)
+        written.set()
+        assert cancelled.wait(60)
+        return result
+
+    monkeypatch.setattr(import_dialog, "importing", importing_until_cancelled)
+    dialog = open_on(FOAM)
+    QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
+    until(written.is_set)
+    QTest.mouseClick(named(dialog, QPushButton, "Cancel the import"), Qt.MouseButton.LeftButton)
+    cancelled.set()
+    until(lambda: report(dialog))
+    assert report(dialog).startswith("1 demonstration imported.")
+    assert document.demonstration.name == "foam-01"
+
+
 def test_delete_leaves_a_file_out_and_the_first_import_is_opened(document, dialog, until):
     file_list(dialog).setCurrentRow(1)
     file_list(dialog).setFocus()
