@@ -320,7 +320,7 @@ def test_another_task_has_its_own_run(study, open_window, until):
     obstacle = window.review.obstacles()["next_review"]
     assert obstacle() == "There is nothing to review yet; train first, with F5."
     window.document.review.set_training(True)
-    sentence = "A recogniser is being trained; there is something to review when it is."
+    sentence = "A recogniser is being trained; when that is done, there is something to review."
     assert obstacle() == sentence
     window.document.review.set_training(False)
     trainer.set_task("foam")
