@@ -10,6 +10,7 @@ from __future__ import annotations
 import inspect
 import warnings
 from collections.abc import Callable, Generator, Iterator
+from contextlib import closing
 from dataclasses import dataclass
 from functools import wraps
 from typing import Any, ParamSpec, TypeVar
@@ -17,6 +18,8 @@ from typing import Any, ParamSpec, TypeVar
 Parameters = ParamSpec("Parameters")
 ProgressT = TypeVar("ProgressT", bound="Progress")
 ResultT = TypeVar("ResultT")
+YieldT = TypeVar("YieldT")
+StepT = TypeVar("StepT")
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +62,20 @@ def finish(
         if watch is not None:
             watch(progress)
     return result[0]
+
+
+def map_progress(
+    job: Generator[YieldT, None, ResultT], change: Callable[[YieldT], StepT]
+) -> Generator[StepT, None, ResultT]:
+    """Run a job as a part of another one, with its progress changed to that of the other."""
+    with closing(job):
+        while True:
+            try:
+                progress = next(job)
+            except StopIteration as end:
+                result: ResultT = end.value
+                return result
+            yield change(progress)
 
 
 def run_through(

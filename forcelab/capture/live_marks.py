@@ -13,7 +13,7 @@ AUTOREPEAT_SECONDS = 0.03
 
 
 class LiveMarks:
-    """Grows while keys go down and up, in any clock's seconds that never run back."""
+    """Segments of the actions whose keys are held, in seconds of a clock that never runs back."""
 
     def __init__(self) -> None:
         self.segments: list[Segment] = []
@@ -22,7 +22,7 @@ class LiveMarks:
         self._released: tuple[str, float] | None = None  # may come down again at once
 
     def press(self, action: str, down: bool, now: float) -> None:
-        """The key of an action went down or up."""
+        """Note that the key of an action went down or up."""
         released = self._released
         if (
             down
@@ -40,12 +40,12 @@ class LiveMarks:
             self._released = action, now
 
     def current(self) -> tuple[str, float] | None:
-        """The action that counts now, and since when; None where no key is down."""
+        """The action that is marked now, and since when; None where no key is down."""
         self._settle()
         return (self._held[-1], self._since) if self._held else None
 
     def end(self, now: float) -> None:
-        """Keys mark nothing any more."""
+        """Release all keys."""
         self._settle()
         self._extend(now)
         self._held.clear()
@@ -67,19 +67,19 @@ class LiveMarks:
         return segments
 
     def _settle(self) -> None:
-        """What went up stays up."""
+        """Count a key that went up as released, as it has not come down again at once."""
         if self._released is not None:
             (action, at), self._released = self._released, None
             self._release(action, at)
 
     def _release(self, action: str, now: float) -> None:
-        """Hold an action no more, from a time on."""
+        """Stop holding an action at a time."""
         self._extend(now)
         if action in self._held:
             self._held.remove(action)
 
     def _extend(self, now: float) -> None:
-        """The action that counts has lasted until a time."""
+        """Let the marked action last until a time."""
         if self._held and now > self._since:
             action, start = self._held[-1], self._since
             last = self.segments[-1] if self.segments else None

@@ -109,7 +109,7 @@ FORCE_UNITS = frozenset({"N", "mN", "kN", "Nm", "N m", "Nmm", "N mm", "mNm", "mN
 FORCE_NAME = re.compile(r"[ft][xyz]\d*")  # raw counts have no unit, but the name of a force
 _READ_SECONDS = 0.1  # s that a read waits at most
 _RETRY = 0.25  # s between two tries to find a device again
-_ALARM_SECONDS = 2.0  # s for which an alarm is shown after its cause
+_RECENT_SECONDS = 2.0  # s of an alarm after its cause; s that tell a rate, and what is lost
 _STALLED = 1.0  # s without a sample after which a device is called stalled
 # A clock is said to drift by so many s of residual, or that share of a period if it is more, ...
 _DRIFT_SECONDS, _DRIFT_SHARE = 0.002, 0.2
@@ -202,7 +202,7 @@ class DeviceReader:
             clocked = self._clock.known and not self.device.holds
             rate = 1.0 / self._clock.rate if clocked else 0.0
             if self._stamped and not self.device.holds:
-                rate = _rate(self.ring.latest(_ALARM_SECONDS)[1], configured)
+                rate = _rate(self.ring.latest(_RECENT_SECONDS)[1], configured)
             # A rate that was only measured is no promise that a clock could break.
             promised = configured > 0 and not getattr(self.device, "measured", False)
             pace = configured / rate if clocked and promised else np.nan
@@ -215,8 +215,8 @@ class DeviceReader:
                 "stalled": self._plugged
                 and not self.device.holds
                 and now - self._last_arrival > patience,
-                "saturation": now - self._saturated_at < _ALARM_SECONDS,
-                "lost samples": now - self._lost_at < _ALARM_SECONDS,
+                "saturation": now - self._saturated_at < _RECENT_SECONDS,
+                "lost samples": now - self._lost_at < _RECENT_SECONDS,
                 "drift": clocked and (off or abs(pace - 1) > _RATE_DRIFT),
                 "zero": bool(drifted),
             }
@@ -341,7 +341,7 @@ class DeviceReader:
         """Count what a stream's stamps say is missing once later ones can no longer catch up."""
         stamps = np.concatenate([self._unsettled, stamps])
         missing = missing_by_stamps(stamps, self.device.rate)
-        settled = int(np.searchsorted(stamps, stamps[-1] - _ALARM_SECONDS))
+        settled = int(np.searchsorted(stamps, stamps[-1] - _RECENT_SECONDS))
         self._lost += int(missing[:settled].sum())
         self._unsettled = stamps[settled:]
         later = np.arange(len(missing), 0, -1)  # samples that came after each

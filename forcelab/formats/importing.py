@@ -24,7 +24,7 @@ from forcelab.formats.archive import unpacking
 from forcelab.formats.calibration import read_calibrations
 from forcelab.formats.label_tables import has_labels_beside
 from forcelab.formats.recording import ReadOptions, Recording
-from forcelab.jobs import Progress, finish
+from forcelab.jobs import Progress, finish, map_progress
 from forcelab.project import AddResult, NewDemonstration, Project
 from forcelab.project.records import Keepable
 from forcelab.signals.grid import glitch_remarks
@@ -326,15 +326,12 @@ def _relayed(
 ) -> Generator[Progress, None, ResultT]:
     """Run one step of an import: where it takes long, its own progress is that of the import."""
     begun = time.monotonic()
-    with contextlib.closing(steps):
-        while True:
-            try:
-                step = next(steps)
-            except StopIteration as end:
-                result: ResultT = end.value
-                return result
-            own = step.total > 1 and time.monotonic() - begun >= SLOW
-            yield replace(step, text=f"{step.text}{which}") if own else overall
+
+    def shown(step: Progress) -> Progress:
+        own = step.total > 1 and time.monotonic() - begun >= SLOW
+        return replace(step, text=step.text + which) if own else overall
+
+    return map_progress(steps, shown)
 
 
 def _unpacking(

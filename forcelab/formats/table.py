@@ -114,7 +114,8 @@ def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Rec
             )
     roles = choose_roles(layout, options)
     rows = lines(path, layout.encoding, layout.skip, sections=layout.sections)
-    body = yield from read_rows(layout, roles, rows, path.stat().st_size)
+    letters = path.stat().st_size // (2 if layout.encoding.startswith("utf-16") else 1)
+    body = yield from read_rows(layout, roles, rows, letters)
     remarks = []
     if layout.sections and any(lines(path, layout.encoding, int(body.lines[-1]))):
         remarks.append("More tables follow in the file; only the first one was read.")
@@ -312,17 +313,17 @@ def read_rows(
     layout: Layout,
     roles: ColumnRoles,
     row_blocks: Iterable[tuple[list[int], list[str]]],
-    size: int,
+    letters: int,
 ) -> Generator[Progress, None, TableBody]:
     """Read all rows of a table as text: blocks of their 1-based line numbers and lines.
 
-    `size` is about how many letters they have, 0 where that is not known.
+    `letters` is about how many they have, 0 where that is not known.
     """
     dialect, reader, done = layout.dialect, BodyReader(layout, roles), 0
     rest = [i for i in range(len(layout.columns)) if i not in reader.plain]
     for line_numbers, rows in row_blocks:
         if done:
-            yield reading_progress(layout.path, done, size)
+            yield reading_progress(layout.path, done, letters)
         done += len(rows) + sum(map(len, rows))
         quick = _parse_block(rows, dialect, reader.plain)
         columns: dict[int, Sequence[str] | NDArray[Any]]

@@ -737,21 +737,22 @@ class Document(QObject):
         """End the stroke at the cursor, as it is drawn there; returns whether none waits any more.
 
         Not where that would paint over segments: it may have been begun by mistake. That is
-        refused or, where its track is left anyway, told.
+        refused or, where its track is left anyway, told, as is what the coder sees no more.
         """
-        if self.stroke is None:
+        stroke, cursor, segments = self.stroke, self.view.cursor, self.editor.segments
+        if stroke is None:
             return True
-        start, end = sorted((self.stroke.start, self.view.cursor))
-        segments = self.editor.segments
+        start, end = sorted((stroke.start, cursor))
         if end - start <= SLIVER:
             self.cancel_stroke()
         elif not any(s.start + SLIVER < end and start + SLIVER < s.end for s in segments):
-            self.end_stroke(self.view.cursor)
+            if self.end_stroke(cursor) and leaving:
+                self.show_message(f"{stroke} was ended at the cursor, at {cursor:.2f} s.")
         elif not leaving:
-            sentence = f"{self.stroke} is not ended: press its key again, or Esc to cancel it."
+            sentence = f"{stroke} is not ended: press its key again, or Esc to cancel it."
             self.refuse(sentence, on_track=True)
         if leaving and self.stroke is not None:
-            self.show_message(f"{self.stroke} was not ended: it is not stored.", True)
+            self.show_message(f"{stroke} was not ended: it is not stored.", True)
         return self.stroke is None
 
     def cancel_stroke(self) -> None:

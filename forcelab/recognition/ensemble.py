@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, Protocol, TypeVar, cast
+from typing import Any, Literal, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.jobs import Progress
+from forcelab.jobs import Progress, map_progress
 from forcelab.labels import UNLABELLED
 from forcelab.recognition.forest import Forest, Linear, require, require_numbers, softmax
 from forcelab.recognition.perceptron import (
@@ -303,15 +303,13 @@ def _in_steps(
     job: Generator[Epoch, None, ResultT], total: int, done: int | None = None
 ) -> Generator[FitProgress, None, ResultT]:
     """The epochs of a job as progress; without their loss, all at one step, given `done`."""
-    while True:
-        try:
-            epoch = next(job)
-        except StopIteration as end:
-            return cast(ResultT, end.value)
+
+    def progress(epoch: Epoch) -> FitProgress:
         if done is None:
-            yield FitProgress(epoch.number, total, "fit", epoch.loss)
-        else:
-            yield FitProgress(done, total, "fit")
+            return FitProgress(epoch.number, total, "fit", epoch.loss)
+        return FitProgress(done, total, "fit")
+
+    return map_progress(job, progress)
 
 
 def _best_exponent(P: Real, codes: Codes) -> float:

@@ -12,10 +12,10 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import monotonic
-from typing import Any, Literal, TypeVar, cast
+from typing import Any, Literal, TypeVar
 
 from forcelab.errors import InputError, StoreBusyError
-from forcelab.jobs import Progress
+from forcelab.jobs import Progress, map_progress
 from forcelab.process import interruptible
 from forcelab.project import DemonstrationInfo, LabelsUsed, Project, Provenance
 from forcelab.recognition.dataset import DataSelection, Dataset
@@ -107,16 +107,9 @@ class TrainingProgress:
         self, job: Generator[Progress, None, ResultT], phase: Phase
     ) -> Generator[TrainingStep, None, ResultT]:
         """The progress of a job as steps."""
-        try:
-            while True:
-                try:
-                    progress = next(job)
-                except StopIteration as end:
-                    self._end_fit()
-                    return cast(ResultT, end.value)
-                yield self._step_of(progress, phase)
-        finally:
-            job.close()
+        result = yield from map_progress(job, lambda progress: self._step_of(progress, phase))
+        self._end_fit()
+        return result
 
     def _step_of(self, progress: Progress, phase: Phase) -> TrainingStep:
         """A progress as a step."""

@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.demonstration import Demonstration
-from forcelab.jobs import Progress
+from forcelab.jobs import Progress, map_progress
 from forcelab.signals.conditioning import condition
 from forcelab.signals.cwt_blocks import design
 from forcelab.signals.cwt_engine import plan_for
@@ -233,13 +233,7 @@ def _steps(
     job: Generator[Progress, None, _ResultT], picture: Scalogram | None
 ) -> Generator[Step, None, _ResultT]:
     """Go through a job's steps, with the newest picture beside each."""
-    while True:
-        try:
-            step = next(job)
-        except StopIteration as end:
-            result: _ResultT = end.value
-            return result
-        yield Step(step.done, step.total, step.text, picture)
+    return map_progress(job, lambda step: Step(step.done, step.total, step.text, picture))
 
 
 def _thinned(scales: Real) -> Real:

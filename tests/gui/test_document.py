@@ -265,13 +265,15 @@ def test_a_stroke_may_run_backwards_and_needs_time(document):
 
 
 def test_what_a_key_began_is_stored_before_it_is_left(document):
+    messages = status_messages(document)
     pens = [info.id for info in document.infos]
+    ended = "pull from {:.2f} s was ended at the cursor, at {:.2f} s."
     ways_to_leave = (
-        document.set_done,
-        lambda: document.open_demonstration(pens[1]),
-        lambda: document.set_author("Ben"),
+        (document.set_done, "Marked as done."),
+        (lambda: document.open_demonstration(pens[1]), ended),
+        (lambda: document.set_author("Ben"), ended),
     )
-    for start, leave in zip((3, 5, 7), ways_to_leave, strict=True):
+    for start, (leave, message) in zip((3, 5, 7), ways_to_leave, strict=True):
         document.set_author("Ada")
         document.open_demonstration(pens[0])
         document.begin_stroke("pull", start)
@@ -281,6 +283,7 @@ def test_what_a_key_began_is_stored_before_it_is_left(document):
             track = project.tracks.get(pens[0], "Ada").segments
         assert track[-1] == Segment(start, start + 1, "pull")
         assert document.stroke is None
+        assert messages[-1] == (message.format(start, start + 1), False)
 
 
 def test_what_a_key_began_paints_over_nothing_unless_it_is_ended(document):

@@ -133,7 +133,7 @@ class ReviewTab(QWidget):
         if self.document.review.run is not None:
             return ""
         if self.trainer.training:
-            return "A recogniser is being trained; there is something to review when it is."
+            return "A recogniser is being trained; when that is done, there is something to review."
         return "There is nothing to review yet; train first, with F5."
 
     def _nothing_to(self, kind: Literal["undo", "redo"]) -> str:

@@ -7,6 +7,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from forcelab.jobs import Progress, map_progress
 from forcelab.text import duration_text
 
 if TYPE_CHECKING:
@@ -34,20 +35,14 @@ class Backend:
         from forcelab.process import run_in_process
         from forcelab.review.training import TrainingStep, review_job
 
+        def note(step: Progress) -> Progress:
+            if isinstance(step, TrainingStep) and (not steps or step is not steps[-1]):
+                steps.append(step)
+            return step
+
         yield None
         job = run_in_process(review_job, path, *request(), name)
-        try:
-            while True:
-                try:
-                    step = next(job)
-                except StopIteration as end:
-                    number: int = end.value
-                    break
-                if isinstance(step, TrainingStep) and (not steps or step is not steps[-1]):
-                    steps.append(step)
-                yield step
-        finally:
-            job.close()
+        number = yield from map_progress(job, note)
         return (yield from self.load(path, number))
 
     def load(self, path: Path, number: int) -> Generator[object, None, RunResult]:

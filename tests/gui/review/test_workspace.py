@@ -317,7 +317,7 @@ def test_opening_a_project_shows_its_last_run_and_another_task_has_its_own(
     obstacle = window.review.obstacles()["next_review"]
     assert obstacle() == "There is nothing to review yet; train first, with F5."
     window.document.review.set_training(True)
-    sentence = "A recogniser is being trained; there is something to review when it is."
+    sentence = "A recogniser is being trained; when that is done, there is something to review."
     assert obstacle() == sentence
     window.document.review.set_training(False)
     trainer.set_task("foam")
