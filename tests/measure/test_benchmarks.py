@@ -82,6 +82,20 @@ def test_proposed_demonstrations_bring_no_less_than_random_ones(rows):
     assert gain >= -2 * row.further["standard error"] - 1
 
 
+def test_who_chooses_sees_no_label(mixed, monkeypatch):
+    candidates = []
+
+    def spying(recogniser, waiting):
+        candidates.extend(waiting)
+        return [0.0] * len(waiting)
+
+    monkeypatch.setattr(ensemble, "TREES", 2)
+    monkeypatch.setattr(label_next, "CHOOSING", {"spy": spying, "at random": None})
+    finish(measuring_next(mixed[:6], "foam", PLAIN, turns=1))
+    assert candidates
+    assert not any(item.segments for item in candidates)
+
+
 @pytest.fixture(scope="module")
 def items():
     return labelled_set(6, 50.0)
