@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from factories import labelled_set, read_labelled
 
@@ -16,9 +17,10 @@ from forcelab.recognition.presets import preset
 from forcelab.simulation import generate
 from forcelab.simulation.origin import origins
 from tests.benchmarks import label_next
+from tests.benchmarks import swapped as benchmark
 from tests.benchmarks.label_next import measuring_next
 from tests.benchmarks.realism import PUBLISHED, realism, simulated_beside
-from tests.benchmarks.swapped import measuring_swapped
+from tests.benchmarks.swapped import measuring_swapped, swapped
 
 #: What is further apart than a factor of two; the guide tells why.
 APART = {
@@ -82,9 +84,35 @@ def test_proposed_demonstrations_bring_no_less_than_random_ones(rows):
     assert gain >= -2 * row.further["standard error"] - 1
 
 
+def test_who_chooses_sees_no_label(mixed, monkeypatch):
+    candidates = []
+
+    def spying(recogniser, waiting):
+        candidates.extend(waiting)
+        return [0.0] * len(waiting)
+
+    monkeypatch.setattr(ensemble, "TREES", 2)
+    monkeypatch.setattr(label_next, "CHOOSING", {"spy": spying, "at random": None})
+    finish(measuring_next(mixed[:6], "foam", PLAIN, turns=1))
+    assert candidates
+    assert not any(item.segments for item in candidates)
+
+
 @pytest.fixture(scope="module")
 def items():
     return labelled_set(6, 50.0)
+
+
+@pytest.mark.parametrize(("share", "count"), [(0.0, 1), (0.25, None), (1.0, None)])
+def test_so_many_segments_get_another_action_and_no_other_changes(items, share, count):
+    total = sum(len(item.segments) for item in items)
+    wrong, places = swapped(items, np.random.default_rng(0), share)
+    assert len(places) == (count or round(share * total))
+    for item, swapped_item in zip(items, wrong, strict=True):
+        for old, new in zip(item.segments, swapped_item.segments, strict=True):
+            assert (old.start, old.end) == (new.start, new.end)
+            changed = (item.demonstration.id, old.start) in places
+            assert (old.action != new.action) == changed
 
 
 def test_wrong_labels_are_scored_with_the_right_ones(items, monkeypatch):
@@ -96,6 +124,24 @@ def test_wrong_labels_are_scored_with_the_right_ones(items, monkeypatch):
     assert row.further["points lost"] < 10
     assert row.further["swapped"] == max(1, round(0.05 * sum(len(i.segments) for i in items)))
     assert row.further["in the first tenth"] >= 0.5
+
+
+def test_draws_are_compared_under_their_own_seeds(items, monkeypatch):
+    monkeypatch.setattr(ensemble, "TREES", 2)
+    seeds = []
+    fit = benchmark.fit_examples
+
+    def watched(examples, settings):
+        seeds.append(settings.seed)
+        return (yield from fit(examples, settings))
+
+    settings = preset("fast").replace(amplitude="absolute", stride=2, seed=2**32 - 1)
+    monkeypatch.setattr(benchmark, "fit_examples", watched)
+    # Labels that are swapped for themselves cost nothing at all, whatever the seeds do.
+    monkeypatch.setattr(benchmark, "swapped", lambda used, _: (list(used), {("a", 0.0)}))
+    row = finish(measuring_swapped(items[:2], "synthetic", settings, draws=2))
+    assert (row.further["points lost"], row.further["standard error"]) == (0.0, 0.0)
+    assert seeds == [2**32 - 1] * 4 + [0] * 4  # of two left out, with right labels and with wrong
 
 
 @pytest.mark.real

@@ -190,6 +190,13 @@ def test_a_measurement_is_kept_in_the_project_and_read_again(tmp_path):
                 load_measured(project, damaged)
 
 
+def test_own_settings_among_the_usual_ones_are_not_measured_twice(tmp_path):
+    path = make_labelled_project(tmp_path / "study.forcelab")
+    number = finish(measure_and_store(path, "foam", "Ada", PLAIN.replace(preset="mine"), FEW[:1]))
+    with Project.open(path) as project:
+        assert len(load_measured(project, number).rows) == 1
+
+
 def test_tasks_of_a_project(tmp_path, monkeypatch):
     monkeypatch.setattr(recognition, "QUICK", FEW[:1])
     path = make_labelled_project(tmp_path / "study.forcelab")

@@ -109,6 +109,13 @@ def test_cells_have_a_column_for_everything_and_units_in_the_header():
     assert third == ["", "explicit", "tolerance 1 mN", "refused", "", "", "", ""]
 
 
+def test_sizes_stay_in_their_order_with_their_rows():
+    rows = [row(size="snap"), row(size="foam"), row(0.1, size="snap")]
+    measured = table(*rows)
+    assert measured.sizes == ("snap", "foam")
+    assert measured.of("snap") == (rows[0], rows[2])
+
+
 def test_a_table_of_nothing_is_refused():
     with pytest.raises(InputError, match="'Contact mechanics' has no row"):
         table()

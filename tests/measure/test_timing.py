@@ -54,6 +54,20 @@ def test_what_is_too_short_for_the_clock_is_repeated_until_it_is_not():
     assert len(log) >= 300
 
 
+def test_only_the_first_result_is_looked_at_and_looking_takes_no_time():
+    clock, judged = Clock(), []
+
+    def look(result):
+        clock.now += 1000.0
+        judged.append(result)
+        return result + 1
+
+    way = spending(clock, "A", 1.0, result=41)
+    (timed,) = finish(timed_methods([Method("A", way.run, look)], 3, clock))
+    assert (timed.judged, judged) == (42, [41])
+    assert timed.seconds == pytest.approx(1.0)
+
+
 def test_peak_memory_is_what_is_held_at_once():
     def at_once():
         return [np.ones(250_000) for _ in range(4)]
@@ -82,6 +96,14 @@ def test_a_way_that_refuses_has_its_sentence_and_stops_no_other(where):
     assert (refusing.refusal, refusing.judged) == ("The step is too long.", None)
     assert "".join(log) == "ABCACAC"  # not tried again
     assert (first.seconds, last.seconds) == pytest.approx((1.0, 2.0))
+
+
+def test_any_other_error_is_not_taken_for_a_refusal():
+    def broken():
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        finish(timed_methods([Method("A", broken, len)], 1))
 
 
 def test_progress_reaches_its_total_and_names_what_runs():

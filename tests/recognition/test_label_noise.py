@@ -238,6 +238,13 @@ def test_demonstrations_of_one_name_are_distinguished(wrong, mistaken, monkeypat
     assert mistaken.segment in taught_live[-1].segments
 
 
+def test_two_fits_of_one_seed_leave_out_the_same(wrong):
+    examples = prepared(wrong)
+    settings = FAST.replace(seed=5)
+    first, second = (finish(drop_contradicted(examples, settings)) for _ in range(2))
+    assert first[1] == second[1]
+
+
 def test_a_remark_names_a_few_and_each_once():
     found = [DroppedSegment(f"foam-{i}", Segment(1.0, 2.0, "grab"), "hold") for i in range(5)]
     (remark,) = dropped_remarks([*found, replace(found[0], other="still")])

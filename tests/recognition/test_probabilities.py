@@ -82,6 +82,17 @@ def test_figures_are_their_definitions(drawn):
     assert found.ece == pytest.approx(sum(abs(sum(g)) for g in gaps.values()) / len(squares))
 
 
+def test_parts_add_up_to_the_whole(drawn):
+    P, human = drawn
+    full = Reliability.from_predictions(P, THREE, human, THREE).to_json()
+    parts = [
+        Reliability.from_predictions(P[s], THREE, human[s], THREE) for s in (np.s_[:90], np.s_[90:])
+    ]
+    added = (parts[0] + parts[1]).to_json()
+    assert added["brier"] == pytest.approx(full["brier"])
+    np.testing.assert_allclose(added["bins"], full["bins"])
+
+
 def test_an_action_that_is_not_known_is_wrong_however_sure():
     found = Reliability.from_predictions(
         np.array([[1.0, 0.0]]), ("grab", "hold"), np.array([2]), THREE

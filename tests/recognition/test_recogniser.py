@@ -194,6 +194,12 @@ def test_dropping_measures_against_the_shortest_training_segment_of_the_same_act
     assert recogniser.predict(demonstration).filtered.tolist() == expected.tolist()
 
 
+def test_the_segments_are_those_of_the_filtered_codes():
+    recogniser, demonstration = oracle(np.repeat([0, 1, 0], [30, 3, 30]), median=8)
+    segments = recogniser.predict(demonstration).segments
+    assert [(s.start, round(s.end, 9), s.action) for s in segments] == [(0.0, 0.63, "grab")]
+
+
 # --- gaps and channels --------------------------------------------------------------------------
 
 
@@ -211,6 +217,14 @@ def test_nothing_is_recognised_in_a_gap(bayes, three, switched_on):
     assert (prediction.raw[~inside] >= 0).all()
     ends = [s.end for s in prediction.segments if s.start < 1.5]
     assert max(ends) <= 1.51
+
+
+def test_a_recording_of_another_rate_is_recognised_on_the_recognisers_grid(bayes, three):
+    fast, segments = synthetic_demonstration(3, rate=300.0)
+    prediction = bayes.predict(fast)
+    np.testing.assert_allclose(np.diff(prediction.times), 0.01)
+    human = to_codes(segments, prediction.times, prediction.actions)
+    assert np.mean(prediction.raw[human >= 0] == human[human >= 0]) > 0.6
 
 
 def test_channels_may_come_in_another_order(bayes, three):

@@ -107,6 +107,13 @@ def test_an_action_that_is_always_short_is_no_slip():
     assert math.exp(TaskGrammar.learn([twice], ["a", "click"]).mean[1]) < 0.05
 
 
+def test_other_actions_count_as_unlabelled():
+    pieces = (("a", 1.0), ("other", 1.0), ("b", 1.0))
+    learnt = TaskGrammar.learn([track(*pieces)] * 9, ["a", "b", "c"])
+    assert learnt.follow[0, 1] == pytest.approx(0.5)
+    assert learnt.share.sum() == pytest.approx(1)
+
+
 def test_two_segments_of_one_action_that_touch_are_one():
     learnt = TaskGrammar.learn([track(("a", 1.0), ("a", 1.0), ("b", 2.0))] * 9, ["a", "b"])
     assert learnt.mean == pytest.approx([math.log(2)] * 2)

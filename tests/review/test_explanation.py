@@ -564,6 +564,21 @@ def test_a_stretch_without_samples_has_no_summary():
     assert summarise(examples, demonstration, SCALES, 1.001, 1.004) is None
 
 
+def test_a_demonstration_without_labels_adds_nothing():
+    demonstration, segments = synthetic_demonstration(3, rate=200.0)
+    bare = summarise_segments(
+        prepare_examples(LabelledDemonstration(demonstration), SETTINGS), demonstration, SCALES
+    )
+    full = summarise_segments(
+        prepare_examples(LabelledDemonstration(demonstration, segments), SETTINGS),
+        demonstration,
+        SCALES,
+    )
+    joined = SegmentFeatures.joined([bare, full])
+    assert joined.places == full.places
+    assert np.array_equal(joined.values, full.values)
+
+
 @pytest.fixture
 def demonstration():
     times = np.arange(1000) / 100.0

@@ -13,6 +13,7 @@ from forcelab.errors import InputError
 from forcelab.formats.archive import read_archive, write_archive
 from forcelab.jobs import finish
 from forcelab.project import Project, Provenance
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.project_runs import evaluate_tasks_job
 from forcelab.review.run_result import edits_since, latest_run, load_run
 from forcelab.review.training import review_job
@@ -110,6 +111,18 @@ def test_a_run_of_the_command_line_can_be_reviewed_too(project):
         assert set(item.stages) == {"raw", "threshold", "median", "filtered"}
         demonstration = project.demonstrations.load(item.id)
         assert (item.start, item.end) == (demonstration.start, demonstration.end)
+
+
+def test_a_certainty_survives_its_way_through_the_store(project):
+    outcome = load_run(project, 1)
+    for item, plain in zip(outcome.tested, project.runs.get(1).result["tracks"], strict=True):
+        again = ProbabilityTrace.from_json(item.probability_trace.to_json())
+        assert (again.values == item.probability_trace.values).all()
+        assert plain["certainty"] == item.probability_trace.to_json()
+    damaged = item.probability_trace.to_json()
+    for change in ({"count": 3}, {"values": "no base64!"}, {"values": "AAAA"}):
+        with pytest.raises(ValueError):  # noqa: PT011 - whatever numpy, zlib or base64 call it
+            ProbabilityTrace.from_json(damaged | change)
 
 
 def test_runs_stored_by_earlier_versions_are_read_alike(tmp_path, path):

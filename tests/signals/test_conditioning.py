@@ -71,6 +71,17 @@ def test_values_are_read_whatever_their_type_order_and_layout():
         np.testing.assert_array_equal(condition(other).values, expected)
 
 
+def test_channels_do_not_bear_upon_each_other():
+    random = np.random.default_rng(0)
+    x = random.standard_normal((3, 50)) * np.array([[1e-9], [1.0], [1e9]])
+    together = condition(x)
+    for c in range(3):
+        alone = condition(x[c])
+        np.testing.assert_array_equal(together.values[c], alone.values[0])
+        assert together.exponent[c] == alone.exponent[0]
+        assert together.noise[c] == alone.noise[0]
+
+
 def test_the_noise_level_is_the_standard_deviation_of_white_noise():
     noise = 0.013 * np.random.default_rng(1).standard_normal(200_000)
     assert noise_level(noise) == pytest.approx(0.013, rel=0.01)

@@ -227,6 +227,19 @@ def test_a_constant_added_changes_nothing_but_rounding(x, wavelet, constant):
     np.testing.assert_allclose(moved, cwt(x, SOME, wavelet), rtol=0, atol=2 * rounding)
 
 
+@settings(max_examples=20, deadline=None)
+@given(signals, wavelets.filter(lambda wavelet: wavelet.real))
+def test_real_wavelets_give_real_coefficients_exactly(x, wavelet):
+    assert not cwt(x, SOME, wavelet).imag.any()
+
+
+def test_scales_are_computed_each_by_itself_in_any_order():
+    x = random_force(150)
+    rows = cwt(x, [512.0, 3.0, 40.0])
+    np.testing.assert_array_equal(rows[1], cwt(x, [3.0])[0])
+    np.testing.assert_array_equal(rows[[2, 0, 1]], cwt(x, [40.0, 512.0, 3.0]))
+
+
 def test_the_ends_hold_even_for_wavelets_that_ring():
     # The jump from last to first value of the ring must not be heard at the ends.
     x = np.concatenate([np.zeros(400), np.linspace(0, 1, 200), np.ones(400)])

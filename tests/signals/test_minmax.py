@@ -234,6 +234,23 @@ def test_what_is_looked_at_does_not_grow_with_the_samples():
     assert max(looked_at) < 100 * 400
 
 
+def test_the_bound_on_what_is_looked_at_without_a_pyramid_holds():
+    n = 100_000
+    times = np.arange(n) / 1000.0
+    for width in (400, 1600, 30_000, 70_000):
+        columns = Columns(times, np.linspace(0, n / 1000.0, width + 1))
+        assert columns.pyramid or columns.samples <= 64 * len(columns)
+        assert columns.dense == (n / width >= 3)
+
+
+def test_the_pyramid_takes_a_sixth_of_its_channel():
+    n = 16 * CHUNK
+    envelope = Envelope(np.broadcast_to(0.0, (n, 1)), 0)
+    assert envelope.bytes == 0
+    envelope.read(0)
+    assert envelope.bytes / (8 * n) == pytest.approx(1 / 6, rel=1e-3)
+
+
 def test_what_was_read_is_shown_and_the_rest_is_not_there_yet():
     n = CHUNK + 5000
     times, signals = recording(np.random.default_rng(1), n)
@@ -262,6 +279,13 @@ def test_channels_are_read_together_and_only_those_wanted(tmp_path):
     edges = np.linspace(times[0], times[-1], 50)
     for envelope, column in zip(envelopes, (2, 0), strict=True):
         check(envelope, times, signals[:, column], edges)
+
+
+def test_a_channel_that_is_read_already_costs_nothing():
+    _, signals = recording(np.random.default_rng(5), 1000)
+    (envelope,) = read(signals)
+    assert list(read_envelopes([envelope])) == []
+    assert list(read_envelopes([])) == []
 
 
 def test_a_channel_without_a_sample_has_no_range():

@@ -321,6 +321,19 @@ def test_phases_of_long_spans_go_through_a_coarser_grid_without_loss():
     assert np.max(error[size > 0.1 * size.max(axis=1, keepdims=True)]) < 0.03
 
 
+@pytest.mark.usefixtures("long_from_little")
+def test_a_coarse_picture_of_a_long_span_comes_first(tapped):
+    view = finish(open_channel(recorded(tapped), "fz", 2048.0))
+    steps = list(scalogram(view, 0.0, 60.0, scales=SCALES, columns=800))
+    pictures = [step.picture for step in steps]
+    first = next(picture for picture in pictures if picture is not None)
+    assert first.coarse
+    assert first.values.shape == (4, 800)
+    assert pictures.index(first) < len(steps) / 2
+    assert pictures[-1].coarse, "whoever sees the last step only still gets one"
+    assert not make_picture(tapped, columns=800).coarse
+
+
 def test_only_the_span_and_its_halo_are_read(monkeypatch):
     demonstration = recorded(force(300_000))
     view = finish(open_channel(demonstration, "fz", 256.0))
@@ -369,6 +382,19 @@ def test_a_piece_within_a_long_gap_knows_both_sides():
     expected = on_grid(recorded(x)).signals[9_000:9_100, 0]
     np.testing.assert_allclose(values, expected, rtol=1e-9)
     assert not known.any()
+
+
+@pytest.mark.parametrize("even", [True, False])
+def test_a_gap_is_as_long_as_it_is_where_a_piece_begins_or_ends_in_it(even):
+    x, times = force(1_000), np.arange(1_000) / RATE
+    x[:8] = x[500:510] = x[-8:] = x[700:704] = np.nan
+    if not even:
+        times += np.where(times > 0.3, 4e-4, 0.0)
+    demonstration = recorded(x, times)
+    source, entire = finish(open_reader(demonstration, "fz")), on_grid(demonstration)
+    assert source.uniform == even
+    for piece in ((508, 530), (480, 502), (503, 506), (5, 20), (980, 995), (702, 710)):
+        np.testing.assert_array_equal(source.read(*piece)[1], entire.valid[slice(*piece)])
 
 
 @settings(max_examples=20, deadline=None)
@@ -538,6 +564,14 @@ def test_rounding_of_what_is_loud_in_the_middle_of_a_wide_column_is_not_told_as_
     column = make_picture(x, columns=4).values[:, 1]
     floor = 1e-6 * 0.5e6 * np.sqrt(SCALES)
     assert np.all(10.0**column >= 0.99 * floor)
+
+
+def test_what_is_left_out_can_be_asked_for_while_more_is_come_across():
+    x = force(4_000)
+    x[[5, 1000, 3999]] = 1e16
+    source = finish(open_channel(recorded(x), "fz", 2048.0)).reader
+    counts = [source.left_out(*span) for span in ((0, 5), (0, 6), (5, 1000), (999.5, 4000))]
+    assert counts == [0, 1, 1, 2]
 
 
 @pytest.mark.parametrize(("samples", "size"), [(10_000_000, 64), (100_000_000, 1024)])

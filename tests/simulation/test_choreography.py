@@ -87,6 +87,15 @@ def test_the_mechanics_rest_in_a_grip_where_it_should_be():
     assert np.abs(instant.rates).max() < 1e-6
 
 
+def test_the_right_jaw_lags_behind_the_left_one():
+    hand = choreography()
+    hand.grip(4.0, 0.2, 0.3, lag=0.05)
+    hand.phase("grab", 1.0)
+    _, command = commanded(hand)
+    steps = round(0.05 / KNOT_STEP)
+    np.testing.assert_allclose(command["right jaw"][steps:], command["left jaw"][:-steps])
+
+
 def test_opening_brings_the_jaws_back_to_where_they_were():
     hand = choreography()
     before = BLOCK.half_width + CALM["opening"]
@@ -180,6 +189,17 @@ def test_taps_lie_before_and_after_the_task_and_have_the_stated_length(duration)
         assert pushed == pytest.approx(0.5 * CALM["tap"] * TAP_LENGTH, rel=0.02)
         assert abs(force(at - TAP_LENGTH / 2 - ROUND)) < 0.01
         assert abs(force(at + TAP_LENGTH / 2 + ROUND)) < 0.01
+
+
+def test_durations_are_those_of_the_recipe_in_the_tempo_of_the_hand():
+    hand = choreography(tempo=1.5, close=0.2)
+    assert hand.lasts("close") == pytest.approx(0.3)
+
+
+def test_a_chance_is_taken_as_often_as_it_says():
+    hand = choreography()
+    taken = np.mean([hand.chance(0.3) for _ in range(3000)])
+    assert taken == pytest.approx(0.3, abs=0.03)
 
 
 # All of it

@@ -203,6 +203,14 @@ def test_what_hardly_changes_shows_no_edge_however_sudden():
     assert errors(coder).std() > 0.085
 
 
+def test_only_what_changes_within_a_tenth_of_a_second_shows_an_edge():
+    coder = Coder("Ada", sharp=0.0, ramp=0.1)
+    for late in (-0.08, 0.08):
+        assert errors(coder, changing(0.002, late=late)).std() < 1e-9
+    for late in (-0.12, 0.12):
+        assert errors(coder, changing(0.002, late=late)).std() > 0.085
+
+
 def test_an_edge_is_never_off_by_more_than_four_tenths_of_an_action():
     wild = errors(Coder("Ada", ramp=10.0))
     assert wild.min() == pytest.approx(-0.4)
@@ -233,6 +241,11 @@ def test_both_ends_of_the_recording_stay_unlabelled():
     np.testing.assert_allclose(np.mean(ends, axis=0), 0.08, atol=3 * 0.08 / np.sqrt(2 * 200))
 
 
+def test_a_segment_keeps_four_tenths_of_itself_beside_the_longest_gaps():
+    for segment in code_row(MANY, Coder("Ada", gap=50.0, margin=50.0)).track.segments:
+        assert segment.duration >= 0.4 - 1e-9
+
+
 def test_short_segments_are_overlooked_as_often_as_asked_for():
     coded = code_row(MANY, Coder("Ada", short=1.5, overlooked=0.2))
     assert abs(len(coded.mistakes) - 80) < 3 * np.sqrt(400 * 0.2 * 0.8)
@@ -254,6 +267,12 @@ def test_short_segments_are_taken_for_a_neighbour_as_often_as_asked_for():
     (pair,) = code_row(row(("still", 1.0), ("grab", 2.0)), certain).mistakes
     assert pair == Mistake(Segment(0.0, 1.0, "still"), "grab")
     assert not code_row(row(("still", 1.0)), certain).mistakes
+
+
+def test_what_is_not_overlooked_is_taken_for_a_neighbour_as_often_as_ever():
+    mistakes = code_row(MANY, Coder("Ada", short=1.5, overlooked=0.5, neighbour=0.4)).mistakes
+    taken = sum(mistake.taken_for is not None for mistake in mistakes)
+    assert abs(taken - 400 * 0.5 * 0.4) < 3 * np.sqrt(400 * 0.2 * 0.8)
 
 
 def test_an_action_is_confused_as_often_as_the_habit_says():
@@ -293,6 +312,12 @@ def test_a_habit_holds_only_where_it_fits(conditions, mistaken):
     coder = Coder("Ada", confusions=(Confusion("hold", "search", 1.0, **conditions),))
     coded = code_row(actions, coder)
     assert coded.mistakes == tuple(Mistake(actions[number], "search") for number in mistaken)
+
+
+def test_an_action_overlooked_between_two_alike_leaves_them_two():
+    actions = row(("twist", 1.0), ("hold", 0.2), ("twist", 1.0))
+    coded = code_row(actions, Coder("Ada", short=0.5, overlooked=1.0))
+    assert coded.track.segments == (actions[0], actions[2])
 
 
 # The two coders of the sample project.
@@ -337,3 +362,14 @@ def test_the_coders_have_the_habits_of_people_in_each_task(task, confused):
     assert None in {mistake.taken_for for mistake in mistakes}
     # Most of what they say is right.
     assert len(mistakes) < 0.08 * sum(len(coding.track.segments) for coding in coded)
+
+
+def test_the_two_coders_differ_and_neither_is_the_truth():
+    assert [coder.name for coder in CODERS] == ["Ines", "Tomas"]
+    late = [[], []]
+    for done, coded in codings("foam", 60):
+        for mine, coding in zip(late, coded, strict=True):
+            holds = [s.start for s in coding.track.segments if s.action == "hold"]
+            mine += [start - done.actions[2].start for start in holds]
+    ines, tomas = map(np.mean, late)
+    assert 0 < ines < tomas < 0.2

@@ -80,6 +80,13 @@ def test_a_grip_has_settled_where_it_reaches_nine_tenths_of_what_it_will_be():
     assert found == pytest.approx(2.36, abs=0.03)
 
 
+def test_a_knock_on_the_way_is_not_yet_a_grip():
+    grip = np.interp(TIMES, [2.0, 2.4], [0.0, 5.0])
+    grip[(TIMES > 2.1) & (TIMES < 2.11)] = 14.0
+    found = grip_settled(course(grip=grip), 2.4)
+    assert found == pytest.approx(2.36, abs=0.03)
+
+
 def test_a_grip_that_never_comes_or_lies_beyond_the_recording_does_not_hurt():
     nothing = course(grip=np.zeros(len(TIMES)))
     for when in (0.0, 3.0, 5.99, 6.5):
@@ -118,6 +125,12 @@ ACTIONS = {
 @pytest.mark.parametrize(("phases", "expected"), ACTIONS.values(), ids=ACTIONS)
 def test_actions_are_what_was_planned_and_where_it_happened(phases, expected):
     assert true_actions(planned(*phases), course()) == make_track(*expected)
+
+
+def test_a_cue_after_the_end_leaves_the_last_action_out():
+    phases = planned(("hold", 1.0, None), ("release", 0.5, begins(4.0)))
+    actions = true_actions(phases, course())
+    assert [action.action for action in actions] == ["hold"]
 
 
 cues = st.one_of(st.none(), st.builds(begins, st.none()), st.builds(begins, st.floats(-1.0, 12.0)))

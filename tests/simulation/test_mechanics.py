@@ -395,6 +395,19 @@ def test_contact_is_lost_at_the_tip_even_by_jaws_that_squeeze_each_other():
     assert (after < 0).all()
 
 
+def test_entering_and_leaving_the_socket_change_the_mode_alone():
+    system = mechanics(SCENES["socket"])
+    enters = next(i for i, name in enumerate(system.events) if name == "into the socket|")
+    leaves = next(i for i, name in enumerate(system.events) if name == "out of the socket|")
+    outside = state(system, {"body y": 0.02})
+    inside = system.jump(enters, True, outside)
+    assert inside[-1] == 1.0
+    assert np.array_equal(inside[:-1], outside[:-1])
+    assert np.array_equal(system.jump(enters, False, outside), outside)
+    assert np.array_equal(system.jump(leaves, True, inside), outside)
+    assert np.array_equal(system.jump(0, True, inside), inside)
+
+
 @pytest.mark.parametrize(
     ("places", "leaves"),
     [
@@ -454,6 +467,32 @@ def test_a_cap_sticks_below_the_torque_at_rest_and_turns_with_that_in_motion_abo
     assert torque[middle] == pytest.approx(steady, rel=2e-3)
 
 
+def has(name, word):
+    return any(word in row for row in Layout.of(SCENES[name]).names)
+
+
+@pytest.mark.parametrize(
+    ("name", "states"),
+    [("grip", 6), ("lift", 13), ("held", 18), ("tapering", 12), ("socket", 22), ("twist", 13)],
+)
+def test_a_scene_has_exactly_the_states_of_its_parts(name, states):
+    layout = Layout.of(SCENES[name])
+    assert len(layout.names) == len(set(layout.names)) == states
+    assert has(name, "bristle") == (name != "grip")
+    assert has(name, "in the socket") == has(name, "socket bristle") == (name == "socket")
+    assert has(name, "table bristle") == (name in {"lift", "socket"})
+    assert has(name, "thread bristle") == has(name, "wrist") == (name == "twist")
+    assert has(name, "tongs y") == (name in {"held", "socket"})
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_only_events_of_parts_that_are_there_are_watched(name):
+    events = " ".join(mechanics(SCENES[name]).events)
+    assert ("slip" in events) == has(name, "bristle")
+    assert ("snap" in events) == (name == "socket")
+    assert ("body lifted" in events) == (name in {"lift", "socket"})
+
+
 def test_what_is_left_out_says_how_many_states_that_saves():
     grip, lift = Layout.of(SCENES["grip"]), Layout.of(SCENES["lift"])
     held = Layout.of(SCENES["held"])
@@ -468,6 +507,22 @@ def test_what_is_left_out_says_how_many_states_that_saves():
         "width that varies: the body is as wide everywhere",
         "holder: nothing holds the body but jaws and table",
     )
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_scales_turn_a_newton_into_each_place_s_own_measure(name):
+    system = mechanics(SCENES[name])
+    assert system.scales.shape == (len(system.names), 1)
+    assert (system.scales > 0).all()
+    scales = dict(zip(system.names, system.scales[:, 0], strict=True))
+    body = SCENES[name].body
+    if body.exponent == 1.0:
+        assert scales["left jaw"] == pytest.approx(1.0 / body.stiffness)
+    else:
+        # At ten newtons, a curved contact is as stiff as its law's slope there.
+        deep = (10.0 / body.stiffness) ** (1.0 / body.exponent)
+        force = body.stiffness * (deep + scales["left jaw"] * np.array([0.0, 0.01])) ** 1.5
+        assert np.diff(force) == pytest.approx(0.01, rel=1e-2)
 
 
 #: Closed forms are met by one solver as by another: what each of them does is tested by itself.

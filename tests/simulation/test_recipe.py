@@ -74,6 +74,19 @@ def test_ranges_of_a_scene_are_drawn_from_too_also_in_parts_of_parts():
 
 
 @pytest.mark.parametrize("task", TASKS)
+def test_every_number_of_every_task_is_drawn_within_what_its_recipe_states(task):
+    written = recipe(task)
+    ranges = {name: value for name, value in written.hand.items() if isinstance(value, list)}
+    assert ranges
+    for seed in range(20):
+        drawn = written.drawn_hand(np.random.default_rng(seed))
+        assert drawn.keys() == written.hand.keys()
+        for name, (low, high) in ranges.items():
+            assert low * (low / high) ** 0.25 <= drawn[name] * (1 + 1e-9)
+            assert drawn[name] <= high * (high / low) ** 0.25 * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("task", TASKS)
 def test_a_play_asks_for_every_number_of_its_recipe(task):
     asked = set()
 

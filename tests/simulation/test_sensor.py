@@ -50,6 +50,14 @@ def test_gains_and_cross_talk_are_found_again_by_regression():
     assert np.abs(sensor.response - np.eye(6)).max() > 0.01
 
 
+def test_the_sensors_do_not_disturb_each_other_and_gains_are_within_a_few_percent():
+    for seed in range(20):
+        response = Sensor.drawn(np.random.default_rng(seed)).response
+        assert not response[:3, 3:].any()
+        assert not response[3:, :3].any()
+        assert np.abs(response - np.eye(6)).max() <= 0.05
+
+
 def test_without_force_there_is_the_offset_and_white_noise_of_the_stated_strength():
     offset = np.array([0.1, -0.2, 0.3, 0.0, -0.4, 0.05])
     noise = np.array([3.0, 5.0, 7.5, 4.0, 10.0, 17.0]) * 1e-3
@@ -172,6 +180,13 @@ def test_a_recording_begins_and_ends_with_a_sample_however_many_are_lost():
         result = recorded(np.zeros((161, 6)), sensor, seed=seed)
         assert (result.times[0], result.times[-1]) == (0.0, 0.04)
         assert len(result.times) < 40
+
+
+def test_as_many_samples_are_lost_as_the_device_loses():
+    sensor = replace(QUIET, losses=2.0, loss_length=3.0)
+    forces = np.zeros((60_000, 6))
+    lost = 60_000 - len(recorded(forces, sensor, 1000.0, 1000.0).times)
+    assert lost == pytest.approx(60 * 2.0 * 3.0, rel=0.2)
 
 
 def test_drawn_devices_lie_where_real_ones_were_measured_and_differ():
