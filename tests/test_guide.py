@@ -23,7 +23,8 @@ from make_guide import (
 )
 
 from forcelab.cli import main
-from forcelab.guide import CONTENTS, Page, anchors, plain, read_pages, search
+from forcelab.errors import InputError
+from forcelab.guide import CONTENTS, Page, anchors, plain, read_page, read_pages, search
 
 TEXTS = {path: path.read_text("utf-8") for path in DOCUMENTS}
 NAMES = [path.stem for path in DOCUMENTS]
@@ -205,3 +206,8 @@ def test_an_excerpt_shows_the_word_of_a_long_line():
     assert match.excerpt.startswith("…")
     assert match.excerpt.endswith("…")
     assert len(match.excerpt) <= 111
+
+
+def test_an_unknown_page_is_refused_with_the_nearest_name():
+    with pytest.raises(InputError, match="no page 'lable'; did you mean 'label'"):
+        read_page("lable")

@@ -104,6 +104,12 @@ def make_empty(path):
     return True
 
 
+def test_what_is_something_else_is_refused_in_one_sentence(forcelab, tmp_path):
+    (tmp_path / "thesis.txt").write_text("mine")
+    assert "choose another" in forcelab("demo", tmp_path).sentence
+    assert "cannot become a new project" in forcelab("demo", tmp_path / "no" / "x").sentence
+
+
 def test_where_it_is_already_neither_opencv_nor_scikit_learn_is_loaded(demo_project):
     script = (
         "import sys; from forcelab.cli import main; status = main(['demo', sys.argv[1], '--json'])"

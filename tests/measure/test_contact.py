@@ -233,3 +233,15 @@ def test_every_case_has_the_events_that_make_it_hard(cases, name):
     pressing = -forces[:, [2, 5]]
     assert 3 < pressing.max() < 20
     assert pressing.min() > -0.5
+
+
+def test_lanes_differ_and_are_the_same_each_time():
+    for case, again in zip(contact_cases(3), contact_cases(3), strict=True):
+        first, second = case.make(), again.make()
+        assert first.system.lanes == 3
+        assert first.simulated == pytest.approx(3.0)
+        assert (first.start == second.start).all()
+        times = np.full(3, 0.4)
+        moved = first.system.rates(times, first.start)
+        assert (moved == second.system.rates(times, second.start)).all()
+        assert len(np.unique(moved, axis=1).T) == 3

@@ -17,6 +17,7 @@ from forcelab.measure.cwt import (
     Peer,
     cached_wavelet,
     direct_sums,
+    features_of,
     measure_long_recording,
     measure_transforms,
     peers_of_tapered,
@@ -143,6 +144,13 @@ def test_ssqueezepy_is_asked_for_our_error_in_double_precision_and_with_room_for
         assert np.exp(-(reach**2) / 2) < 1e-7
         np.testing.assert_array_equal(padded[:, :100], x)
         assert not padded[:, 100:].any()
+
+
+def test_features_of_coefficients_are_logarithm_and_angle():
+    result = np.array([[[3 + 4j, -1, 1e-5j]]])
+    magnitudes, phases = features_of(result)
+    np.testing.assert_allclose(magnitudes, np.log(np.abs(result)))
+    np.testing.assert_allclose(phases, np.angle(result))
 
 
 def test_ours_is_right_in_every_extreme_and_what_is_wrong_is_told(monkeypatch):

@@ -100,7 +100,7 @@ def test_a_way_that_refuses_has_its_sentence_and_stops_no_other(where):
 
 def test_any_other_error_is_not_taken_for_a_refusal():
     def broken():
-        raise ZeroDivisionError
+        raise ZeroDivisionError("division by zero")
 
     with pytest.raises(ZeroDivisionError):
         finish(timed_methods([Method("A", broken, len)], 1))

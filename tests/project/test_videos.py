@@ -76,7 +76,9 @@ def test_videos_come_back_in_order_and_a_name_given_again_replaces_one(project, 
         b"second.mp4",
     ]
     project.media.attach_video(id_, three, name="last")
+    project.media.attach_video(id_, three)  # in place of the first one
     assert project.demonstrations.info(id_).videos == ("left", "low", "last")
+    assert names_and_content(project.demonstrations.load(id_))[0] == ("left", b"third.mp4")
     with pytest.raises(InputError, match="no video 'high up'"):
         project.media.remove_video(id_, "high up")
     without = project.demonstrations.add(make(2, name="02")).id

@@ -98,6 +98,15 @@ def test_the_codes_are_those_of_the_segments():
     assert UNLABELLED in expected
 
 
+def test_actions_that_are_not_requested_are_unlabelled():
+    examples = prepare_examples(labelled(), SMALL)
+    everything = examples.codes(("still", "grab", "hold", "release"))
+    two = examples.codes(("hold", "still"))
+    np.testing.assert_array_equal(two == 0, everything == 2)
+    np.testing.assert_array_equal(two == 1, everything == 0)
+    np.testing.assert_array_equal(two == UNLABELLED, ~np.isin(everything, [0, 2]))
+
+
 def test_a_gap_is_unlabelled_although_a_segment_covers_it():
     item = with_gap(labelled(), 40, 1.0)
     over_all = LabelledDemonstration(item.demonstration, (Segment(0.0, 100.0, "still"),))

@@ -194,6 +194,18 @@ def test_dropping_measures_against_the_shortest_training_segment_of_the_same_act
     assert recogniser.predict(demonstration).filtered.tolist() == expected.tolist()
 
 
+def test_asking_how_certain_it_is_changes_no_prediction(monkeypatch):
+    monkeypatch.setattr(Oracle, "_next", lambda _, X: slice(len(X)))
+    # As rounding and ties may do: what it says is not what it holds for the most probable.
+    recogniser, demonstration = oracle(np.repeat([0, 1, 2], 20), np.full(60, 0.2), median=8)
+    plain = recogniser.predict(demonstration)
+    traced = recogniser.predict(demonstration, probability_trace=True)
+    assert plain.probability_trace is None
+    assert traced.probability_trace.actions
+    np.testing.assert_array_equal(traced.raw, plain.raw)
+    np.testing.assert_array_equal(traced.filtered, plain.filtered)
+
+
 def test_the_segments_are_those_of_the_filtered_codes():
     recogniser, demonstration = oracle(np.repeat([0, 1, 0], [30, 3, 30]), median=8)
     segments = recogniser.predict(demonstration).segments

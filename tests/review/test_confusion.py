@@ -102,6 +102,14 @@ def test_missed_time_has_no_confidence_and_the_longest_comes_first():
     assert [(p.start, p.end) for p in segment] == [(7, 8)]  # whole, though a quarter is seen
 
 
+def test_no_more_places_are_listed_than_asked_for_the_longest():
+    human = [Segment(i, i + 0.1 * (i + 1), "grab") for i in range(5)]
+    predicted = [Segment(s.start, s.end, "hold") for s in human]
+    cells = finish(count_confusion(run(reviewed("1", human, predicted))))
+    assert [p.start for p in cells.places("grab", "hold", most=2)] == [4, 3]
+    assert cells.numbers("time")[0, 1] == 5
+
+
 def test_nothing_tested_is_an_empty_matrix():
     cells = finish(count_confusion(run()))
     assert cells.matrix("time").tolist() == [[0] * 4] * 3

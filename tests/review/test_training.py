@@ -199,18 +199,6 @@ def test_what_was_trained_is_stored_when_no_other_program_keeps_the_project_busy
         assert len(project.runs.recognisers()) == 1
 
 
-def test_asking_how_certain_it_is_changes_no_prediction():
-    labelled = labelled_set(2, 100.0)
-    for settings in (BAYES_SETTINGS, BAYES_SETTINGS.replace(threshold=None)):
-        plain = finish(leave_one_out_job(labelled, settings))
-        with_trace = finish(leave_one_out_job(labelled, settings, probability_trace=True))
-        for plain_result, traced_result in zip(plain.tested, with_trace.tested, strict=True):
-            assert np.array_equal(plain_result.raw, traced_result.raw)
-            assert np.array_equal(plain_result.filtered, traced_result.filtered)
-            assert plain_result.probability_trace is None
-            assert traced_result.probability_trace.actions
-
-
 def test_an_svm_without_probabilities_has_no_certainty():
     labelled = labelled_set(2, 100.0)
     settings = BAYES_SETTINGS.replace(classifier="svm", threshold=None, stride=5)

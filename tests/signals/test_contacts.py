@@ -130,6 +130,14 @@ def test_chunks_change_nothing(monkeypatch):
         assert [e.time for e in events] == pytest.approx([e.time for e in complete], abs=1e-9)
 
 
+def test_a_job_tells_its_progress(monkeypatch):
+    monkeypatch.setattr(contacts, "CHUNK", 1024)
+    t, x = steps((1.0, 3.0))
+    progress = []
+    finish(find_contacts(t, x[:, None]), progress.append)
+    assert len(progress) >= 4
+
+
 def test_shapes_that_do_not_fit_are_told():
     with pytest.raises(InputError, match="one time for each row"):
         contact_events([0.0, 1.0], [[1.0], [2.0], [3.0]])

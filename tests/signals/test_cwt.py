@@ -16,6 +16,7 @@ from forcelab.errors import InputError
 from forcelab.signals.cwt import (
     cwt,
     early_error,
+    frequencies,
     geometric_scales,
     reaches,
     usual_scales,
@@ -369,6 +370,17 @@ def test_a_transform_at_no_scale_is_refused(scales):
 def test_anything_but_one_channel_is_refused(x):
     with pytest.raises(InputError, match="One channel of at least one sample"):
         cwt(x, [2.0])
+
+
+@pytest.mark.parametrize("wavelet", [Morlet(), DOG(6)], ids=str)
+def test_two_tones_stand_out_at_their_frequencies(wavelet):
+    rate = 1000.0
+    t = np.arange(6000) / rate
+    scales = geometric_scales(2, 400, 1 / 24)
+    hertz = frequencies(scales, rate, wavelet)
+    for tone in (4.0, 31.0):
+        power = np.abs(cwt(np.sin(2 * np.pi * tone * t), scales, wavelet)[:, 1500:4500]) ** 2
+        assert hertz[np.argmax(power.mean(axis=1))] == pytest.approx(tone, rel=2 ** (1 / 24) - 1)
 
 
 def test_the_cone_of_influence_widens_from_both_ends():

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from forcelab.clock import fit_clock
 from forcelab.errors import InputError
 from forcelab.labels import Segment
-from forcelab.simulation.rendering import SIZE, Camera, Stage, render
+from forcelab.simulation.rendering import SIZE, Camera, Stage, drawn_height, render
 from forcelab.simulation.scene import Motion
 from tests.simulation.staged import SCENES, TAPS, staged
 
@@ -236,6 +236,37 @@ def test_a_twist_that_turns_nothing_yet_is_seen():
     # The arms run ahead the way in which the tongs then turn: the right one comes nearer.
     assert feet(strained) >= 6
     assert feet(picture(performance, 2.3)) > 0
+
+
+def test_a_stylus_that_gives_way_in_its_vice_rises_visibly():
+    performance = staged("stylus", taps=())
+    motion = performance.motion
+    risen = replace(
+        motion,
+        body=motion.body + np.array([0.0, 0.0, 0.002, 0.0]),
+        tongs=motion.tongs + np.array([0.0, 0.002, 0.0]),
+    )
+    before, after = (
+        domes(Stage(replace(performance, motion=moved)).frame(1.5))[2] for moved in (motion, risen)
+    )
+    assert before - after > 8
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    st.floats(0.008, 0.04), st.floats(0.005, 0.02), st.floats(0.0005, 0.003), st.floats(0.01, 0.1)
+)
+def test_drawn_heights_rise_without_jumps_and_are_true_below_the_rim(end, taper, rim, beyond):
+    profile = replace(SCENES["stylus"].profile, end=end, taper=taper, rim_length=rim)
+    heights = np.linspace(-0.02, end + taper + beyond, 4000)
+    slopes = np.diff(drawn_height(heights, profile)) / np.diff(heights)
+    assert slopes.min() > 0
+    assert slopes.max() < 20
+    shaft = heights[heights < end - 1.1 * rim]
+    assert drawn_height(shaft, profile) == pytest.approx(shaft, abs=1e-12)
+    # What takes the domes longest is seen best.
+    climb = np.array([end - rim, end - 0.4 * rim])
+    assert np.diff(drawn_height(climb, profile))[0] > 6 * np.diff(climb)[0]
 
 
 def test_streaks_are_drawn_only_while_the_domes_slide():

@@ -105,6 +105,15 @@ def test_the_job_tells_how_many_samples_there_are_and_gives_the_same(solver):
     assert np.array_equal(result.states[0], start)
 
 
+@pytest.mark.parametrize("solver", ALL, ids=NAMES)
+def test_time_need_not_start_at_zero(solver):
+    system, start = driven()
+    system.push *= 0
+    times = np.linspace(0, 0.05, 26)
+    early, late = (integrate(system, start, times + t, solver) for t in (0.0, 7.0))
+    assert np.abs(early.states - late.states)[:, 0].max() < 1e-8
+
+
 SOLVERS = [Explicit(1e-6), Rosenbrock(1e-6), Lsoda(1e-7), Radau(1e-6)]
 
 

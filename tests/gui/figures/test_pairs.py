@@ -133,6 +133,16 @@ def test_lanes_lie_below_the_pair_and_have_captions(tmp_path):
     assert any("Lighter: less probable." in line for line in words)
 
 
+def test_predictions_are_veiled_and_coders_are_not():
+    drawn, sure = rich(), rich(probability_trace=None)
+    boxes = drawn.boxes(0)
+    veiled = rgb("grab") + (255 - rgb("grab")) * opacity(0.5)
+    assert np.abs(pixel_at(drawn, boxes.predicted, 2.0) - veiled).max() <= 3
+    for human in (boxes.human, boxes.lanes[1]):
+        assert np.abs(pixel_at(drawn, human, 2.0) - rgb("grab")).max() <= 2
+    assert np.abs(pixel_at(sure, boxes.predicted, 2.0) - rgb("grab")).max() <= 2
+
+
 def test_marks_lie_between_the_bars_where_they_differ():
     drawn = rich()
     band = drawn.boxes(0).band

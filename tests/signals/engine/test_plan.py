@@ -22,6 +22,7 @@ from forcelab.signals.cwt import geometric_scales, transform_channels, usual_sca
 from forcelab.signals.cwt_blocks import (
     PARTS,
     TOLERANCES,
+    design,
     from_spectrum,
     spectrum,
 )
@@ -305,6 +306,13 @@ def test_a_wavelet_that_takes_a_long_ring_takes_little_memory_beside_the_result(
     x = white(n)[None]
     found, peak = peak_memory(lambda: plan.coefficients(x))
     assert peak < found.nbytes + 12 * n  # 200 MB at 2^24
+
+
+def test_the_band_and_the_reach_widen_as_the_tolerance_falls():
+    designs = [design(5.0, tolerance) for tolerance in TOLERANCES]
+    assert sorted(d.reach for d in designs) == [d.reach for d in designs]
+    assert sorted(d.high for d in designs) == [d.high for d in designs]
+    assert all(d.kernel.taps <= 16 for d in designs)
 
 
 @pytest.mark.parametrize("n", [500, 501, 503])
