@@ -120,6 +120,11 @@ def test_seconds_are_told_per_simulated_second_of_a_lane(monkeypatch, lanes):
     assert row.spread == pytest.approx(0.4 / (0.1 * lanes))
 
 
+def test_memory_is_at_least_what_the_result_takes():
+    (row,) = measured([Rosenbrock(1e-3)])
+    assert row.peak_bytes >= TIMES.size * 2 * 2 * 8
+
+
 def test_a_solver_that_refuses_is_a_row_with_its_sentence():
     stopped = replace(Explicit(1e-3), max_steps=3)
     first, refusing, last = measured([Rosenbrock(1e-3), stopped, COARSE])

@@ -122,6 +122,16 @@ def test_a_glitch_in_a_channel_that_is_hardly_touched_hides_no_tap(monkeypatch):
     assert len(spoilt.taps) == 2
 
 
+def test_what_is_to_be_looked_at_comes_with_it():
+    frames, energy, t, force = recorded(seed=2)
+    proposal = propose(frames, energy, t, force)
+    for shown in (proposal.motion, proposal.force):
+        assert shown.shape[0] == 2
+        assert np.all(np.diff(shown[0]) > 0)
+        assert shown[1].max() == pytest.approx(1.0)
+        assert shown[1].min() >= 0.0
+
+
 def test_taps_are_found_and_contacts_are_none():
     _, _, t, force = recorded(seed=4)
     assert [tap.time for tap in find_taps(t, force)] == pytest.approx([0.49, 11.39], abs=0.01)

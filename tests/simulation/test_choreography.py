@@ -110,6 +110,17 @@ def test_opening_brings_the_jaws_back_to_where_they_were():
     assert hand.hold == 0.0
 
 
+def test_a_reach_is_the_move_of_least_jerk_between_two_places():
+    hand = choreography(lifted=True)
+    hand.move("tongs z", 0.04, 0.2, 0.5)
+    hand.phase("hold", 1.0)
+    times, command = commanded(hand)
+    u = np.clip((times - 0.2) / 0.5, 0.0, 1.0)
+    np.testing.assert_allclose(
+        command["tongs z"], 0.04 * (10 * u**3 - 15 * u**4 + 6 * u**5), atol=1e-12
+    )
+
+
 # Moving
 
 
@@ -189,6 +200,26 @@ def test_taps_lie_before_and_after_the_task_and_have_the_stated_length(duration)
         assert pushed == pytest.approx(0.5 * CALM["tap"] * TAP_LENGTH, rel=0.02)
         assert abs(force(at - TAP_LENGTH / 2 - ROUND)) < 0.01
         assert abs(force(at + TAP_LENGTH / 2 + ROUND)) < 0.01
+
+
+def test_phases_follow_one_another_without_gaps():
+    hand = choreography(taps=True)
+    for action in ("still", "grab", "hold"):
+        hand.phase(action, 0.4)
+    assert [phase.action for phase in hand.phases] == ["still", "grab", "hold"]
+    assert all(phase.end == following.start for phase, following in pairwise(hand.phases))
+    assert hand.t == hand.phases[-1].end
+
+
+def test_the_commands_reach_beyond_the_end_and_are_finite():
+    hand = choreography(taps=True, tremor=3e-5, wander=5e-4, lifted=True)
+    hand.grip(4.0, 0.7, 0.3)
+    hand.phase("hold", 1.234)
+    hand.end()
+    values = hand.values()
+    assert values.shape[1] == len(Layout.of(hand.scene).commands)
+    assert (len(values) - 1) * KNOT_STEP >= hand.t
+    assert np.isfinite(values).all()
 
 
 def test_durations_are_those_of_the_recipe_in_the_tempo_of_the_hand():

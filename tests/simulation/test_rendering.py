@@ -283,6 +283,33 @@ def test_streaks_are_drawn_only_while_the_domes_slide():
     assert max(streaks(time) for time in (0.5, 1.45, 2.0, 4.6)) == 0
 
 
+def leaning(image):
+    """How much lower the right end of a brick's lower edge is than the left one, pixels a pixel."""
+    brick = near(image, BRICK, 12)
+    columns = np.nonzero(brick.sum(axis=0) > 12)[0]
+    inner = columns[len(columns) // 4 : -len(columns) // 8]
+    lowest = [np.nonzero(brick[:, column])[0].max() for column in inner]
+    return np.polyfit(inner, lowest, 1)[0]
+
+
+def test_a_brick_leans_while_it_feels_for_its_place_and_is_upright_elsewhere():
+    performance = staged("LEGO", taps=())
+    motion = performance.motion
+
+    def lean(off, height):
+        body = np.tile([0.0, 0.12 + off, height, 0.0], (motion.times.size, 1))
+        moved = replace(motion, body=body, tongs=body[:, 1:])
+        return leaning(picture(replace(performance, motion=moved), 1.5))
+
+    beside = [lean(off, 0.0) for off in (-0.006, -0.003, 0.003)]
+    assert np.sign(beside).tolist() == [-1, -1, 1]
+    assert (np.abs(np.degrees(np.arctan(beside))) > 4).all()
+    assert (np.abs(np.degrees(np.arctan(beside))) < 9).all()
+    assert [lean(*place) for place in ((-0.003, 0.004), (0.0, -0.0022), (-0.12, 0.0))] == (
+        pytest.approx([0, 0, 0], abs=0.02)
+    )
+
+
 @pytest.mark.parametrize("task", SCENES)
 def test_the_picture_does_not_tell_the_action(task):
     performance = staged(task)
@@ -307,6 +334,13 @@ def test_the_domes_stay_in_the_picture(task):
         assert pixels_near.sum() > 20
         assert not pixels_near[0].any()
         assert not pixels_near[:, [0, -1]].any()
+
+
+def test_a_picture_comes_in_the_size_that_is_asked_for():
+    performance = staged("marker", taps=())
+    large, small = picture(performance, 1.5, (960, 540)), picture(performance, 1.5, (320, 180))
+    assert large.shape == (540, 960, 3)
+    assert near(large, DOME).sum() > 5 * near(small, DOME).sum()
 
 
 def test_the_video_opens_with_all_its_frames(film):

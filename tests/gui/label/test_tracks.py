@@ -209,6 +209,13 @@ def test_alt_bypasses_snapping(document, hand):
     assert (3.5, 4.94, "hold") in stored_rows(document)
 
 
+def test_snapping_can_be_switched_off(document, hand):
+    document.view.set_snapping(False)
+    document.set_action("hold")
+    hand.drag(3.5, 4.94)
+    assert (3.5, 4.94, "hold") in stored_rows(document)
+
+
 def test_times_that_snap_to_nothing_are_those_of_samples(document, hand):
     document.view.set_span(3.2, 4.2)  # a pixel is 1 ms, a sample 10 pixels
     document.set_action("hold")
@@ -340,6 +347,11 @@ def test_shift_moves_a_segment_and_ctrl_paints_freely(document, hand):
     document.set_action("hold")
     hand.drag(4.0, 4.96, CTRL)
     assert (4.0, 4.96, "hold") in stored_rows(document)
+
+
+def test_ctrl_lets_nothing_attract_while_a_segment_is_moved(document, hand):
+    hand.drag(5.5, 3.52, ALT | CTRL)
+    assert stored_rows(document)[2] == (3.02, 4.02, "release")
 
 
 def test_a_click_selects_and_seeks(document, hand):

@@ -12,6 +12,7 @@ from forcelab.errors import InputError
 from forcelab.gui import theme
 from forcelab.gui.label.playback import SPEEDS, Player
 from forcelab.gui.label.transport import Transport
+from forcelab.gui.preferences import REACTION_TIME
 from forcelab.gui.shortcuts import keys
 from forcelab.project import Project
 from forcelab.project.tracks import TrackStore
@@ -121,6 +122,16 @@ def test_a_time_being_typed_is_not_overwritten_by_playback(bar, document):
     QTest.keyClick(bar.time, Qt.Key.Key_Escape)
     bar.time.editingFinished.emit()
     assert bar.time.text() == "2.000"
+
+
+def test_snapping_goes_both_ways_and_the_reaction_time_is_remembered(bar, document):
+    assert bar.buttons["magnet"].isChecked() == document.view.snapping
+    bar.buttons["magnet"].click()
+    assert not document.view.snapping
+    document.view.set_snapping(True)
+    assert bar.buttons["magnet"].isChecked()
+    bar.reaction.setValue(180)
+    assert REACTION_TIME.value == 180
 
 
 def test_a_time_typed_after_a_click_replaces_the_one_shown(bar, document):

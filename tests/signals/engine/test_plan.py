@@ -310,8 +310,8 @@ def test_a_wavelet_that_takes_a_long_ring_takes_little_memory_beside_the_result(
 
 def test_the_band_and_the_reach_widen_as_the_tolerance_falls():
     designs = [design(5.0, tolerance) for tolerance in TOLERANCES]
-    assert sorted(d.reach for d in designs) == [d.reach for d in designs]
-    assert sorted(d.high for d in designs) == [d.high for d in designs]
+    assert np.all(np.diff([d.reach for d in designs]) > 0)
+    assert np.all(np.diff([d.high for d in designs]) > 0)
     assert all(d.kernel.taps <= 16 for d in designs)
 
 
