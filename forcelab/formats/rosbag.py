@@ -275,6 +275,8 @@ def open_bag(path: Path) -> Iterator[Any]:
                 isinstance(c.topic, str) and isinstance(c.msgtype, str) for c in bag.connections
             ):
                 raise TypeError("a topic or a type without a name")
+            if not all(isinstance(c.msgcount, int) for c in bag.connections):
+                raise TypeError("numbers of messages that are no numbers")
         yield bag
     finally:
         bag.close()

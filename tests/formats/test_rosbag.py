@@ -490,6 +490,18 @@ def test_metadata_that_would_not_end_to_be_parsed_is_refused(tmp_path, more, why
     assert "definitions" not in str(refusal.value)
 
 
+def test_numbers_of_messages_are_numbers(tmp_path):
+    path = write_bag(tmp_path / "a", {"/ft": (WRENCH, wrenches(20))}, ros=2)
+    file = path / "metadata.yaml"
+    topics, rest = file.read_text().split("topics_with_message_count", 1)
+    file.write_text(
+        f"{topics}topics_with_message_count"
+        + rest.replace("message_count: 20", "message_count: many")
+    )
+    with pytest.raises(InputError, match="numbers of messages that are no numbers"):
+        read_single(path)
+
+
 def test_more_messages_than_bytes_are_refused(tmp_path, monkeypatch):
     path = write_bag(tmp_path / "a", {"/ft": (WRENCH, wrenches(20))}, ros=2)
     file = path / "metadata.yaml"
