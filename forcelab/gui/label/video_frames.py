@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Generator
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -261,6 +262,11 @@ def _sentence(error: Exception, path: Path) -> str:
     return str(error)
 
 
+def _end_threads(decoders: list[FrameThread]) -> None:
+    for decoder in decoders:
+        decoder.end()
+
+
 #: Seconds that closing waits for decoders to come to the end of a frame.
 STOP_TIMEOUT = 5.0
 
@@ -280,9 +286,10 @@ class VideoFrames(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._decoder: FrameThread | None = None
-        self._ending: list[FrameThread] = []
+        self._threads: list[FrameThread] = []  # that may still read
         self._size = QSize()
         self._sent.connect(self._relay, Qt.ConnectionType.QueuedConnection)
+        self.destroyed.connect(partial(_end_threads, self._threads))
 
     def open(self, path: Path, sharing: int = 1) -> None:
         """Show another video from now on, one of `sharing`; work for the last one is dropped."""
@@ -290,6 +297,7 @@ class VideoFrames(QObject):
         self._decoder = FrameThread(path, self._sent, sharing)
         self._decoder.size = self._size
         self._decoder.thread.start()
+        self._threads.append(self._decoder)
 
     def request_frame(self, number: int, direction: int = 0) -> QImage | None:
         """Request a frame in place of earlier requests; gives it if it is ready, without a signal.
@@ -320,18 +328,16 @@ class VideoFrames(QObject):
         """Close the video; gives whether no thread is left after at most `patience` seconds."""
         self.abandon()
         deadline = time.monotonic() + patience
-        for decoder in self._ending:
+        for decoder in self._threads:
             decoder.thread.join(max(0.0, deadline - time.monotonic()))
-        self._ending = [decoder for decoder in self._ending if decoder.thread.is_alive()]
-        return not self._ending
+        return not any(decoder.thread.is_alive() for decoder in self._threads)
 
     def abandon(self) -> None:
         """Close the video without waiting for the decoder to end."""
         if self._decoder is not None:
             self._decoder.end()
-            self._ending.append(self._decoder)
             self._decoder = None
-        self._ending = [decoder for decoder in self._ending if decoder.thread.is_alive()]
+        self._threads[:] = [decoder for decoder in self._threads if decoder.thread.is_alive()]
 
     @Slot(object, object, object)
     def _relay(self, decoder: FrameThread, signal: str, values: tuple[Any, ...]) -> None:
