@@ -225,16 +225,9 @@ class TrackPanel(SegmentPanel):
             self._paint_stroke(painter, own_row)
         self._paint_pending(painter, own_row)
         if document.view.hint is not None:
-            kind = document.view.hint.kind
             # Beside the line, which is drawn over everything.
-            x = self.x_at(document.view.hint.time) + text.width(kind, text_size.font(10)) / 2 + 8
-            draw_plate(
-                painter,
-                QPointF(x, own_row.box.bottom() - text_size.pixels(10)),
-                kind,
-                plot,
-                centred=True,
-            )
+            x = self.x_at(document.view.hint.time) + 8
+            self._paint_plate(painter, own_row, x, document.view.hint.kind)
 
     def _paint_row(self, painter: QPainter, row: Row, segments: Segments) -> None:
         document = self.document
@@ -305,17 +298,16 @@ class TrackPanel(SegmentPanel):
         """Say in the row what was begun and how it is ended."""
         if (begun := pending(self.document)) is None:
             return
-        face, within = text_size.font(10), self.plot
-        room = within.width() - text.width(begun.how, face) - 18
+        face = text_size.font(10)
+        room = self.plot.width() - text.width(begun.how, face) - 18
         label = text.elided_name(begun.what, face, room) + begun.how
-        x = self.x_at(begun.start) + text.width(label, face) / 2 + 12
-        draw_plate(
-            painter,
-            QPointF(x, own_row.box.bottom() - text_size.pixels(10)),
-            label,
-            within,
-            centred=True,
-        )
+        self._paint_plate(painter, own_row, self.x_at(begun.start) + 12, label)
+
+    def _paint_plate(self, painter: QPainter, own_row: Row, left: float, label: str) -> None:
+        """Say something at the foot of the row, from `left` on."""
+        x = left + text.width(label, text_size.font(10)) / 2
+        foot = QPointF(x, own_row.box.bottom() - text_size.pixels(10))
+        draw_plate(painter, foot, label, self.plot, centred=True)
 
     def _paint_invitation(self, painter: QPainter, box: QRectF) -> None:
         """Say how to begin, in a row that is empty."""
