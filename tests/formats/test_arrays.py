@@ -85,6 +85,14 @@ class TestWhatIsRead:
         path = write_npz(tmp_path / "a.npz", t=TIMES, force=FORCES, phase=codes, phases=words)
         assert labels(load(path)) == GRAB_AND_HOLD
 
+    def test_words_name_no_dates(self, tmp_path):
+        dates = np.datetime64("2026-11-27", "ns") + (TIMES * 1e9).astype("m8[ns]")
+        arrays = {"time": TIMES, "host_time": dates, "force": FORCES, "label": CODES + 1}
+        path = write_npz(tmp_path / "a.npz", labels=np.array(["grab", "hold"]), **arrays)
+        recording = load(path)
+        assert labels(recording) == GRAB_AND_HOLD
+        assert "Column host_time was left out: it has times, too." in recording.remarks
+
     def test_an_array_alone_is_a_table_without_a_header(self, tmp_path):
         np.save(tmp_path / "a.npy", np.column_stack([TIMES, FORCES]))
         recording = load(tmp_path / "a.npy", leave_out=("3",))
