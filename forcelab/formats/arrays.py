@@ -16,6 +16,7 @@ import time
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import takewhile
 from pathlib import Path
 from typing import Any, Final, TypeAlias, TypeVar
@@ -154,13 +155,18 @@ def cut(values: Any, part: slice, axis: int) -> Any:
     return values[(*[_ALL] * axis, part)] if axis < len(values.shape) else values[()]
 
 
-def check_size(path: str, values: int, stored: int) -> None:
-    """Refuse an array of more values than so many stored bytes can hold, before room is made."""
-    if 8 * values > (most := ROOM + MOST_TIMES * stored):
+def check_size(path: str, values: int, stored: int, width: int = 8) -> None:
+    """Refuse more values, of so many bytes, than the stored bytes can hold, before room is made."""
+    if values > (most := (ROOM + MOST_TIMES * stored) // max(8, width)):
         raise InputError(
             f"{path or 'its array'} is said to hold {values:,} values, of which {stored:,} bytes "
-            f"are stored; more than {most // 8:,} are not believed, so write the file again."
+            f"are stored; more than {most:,} are not believed, so write the file again."
         )
+
+
+def array_of(path: str, values: NDArray[Any]) -> Array:
+    """An array that is in memory."""
+    return Array(path, values.shape, values.dtype, partial(cut, values))
 
 
 @dataclass(frozen=True, slots=True)
