@@ -21,12 +21,7 @@ from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.signatures import naming_damage
-from forcelab.formats.streams import (
-    Events,
-    Stream,
-    make_recording,
-    preview_streams,
-)
+from forcelab.formats.streams import Events, Stream, make_recording, preview_streams
 from forcelab.text import unique_names
 
 _BLOCK: Final = 512
