@@ -63,6 +63,18 @@ def read_single(path: Path, **options: object) -> Recording:
     return recording
 
 
+def channel_names(recording: Recording) -> list[str]:
+    return [channel.name for channel in recording.demonstration.channels]
+
+
+def rounded_segments(recording: Recording) -> dict[str, list[tuple[float, float, str]]]:
+    """Start, end and action of the labels of each author, to the microsecond."""
+    return {
+        track.author: [(round(s.start, 6), round(s.end, 6), s.action) for s in track.segments]
+        for track in recording.tracks
+    }
+
+
 def action_at(segments: Segments, time: float) -> str | None:
     return next((s.action for s in segments if s.start <= time < s.end), None)
 

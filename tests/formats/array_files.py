@@ -153,12 +153,6 @@ def whole_matlab(folder: Path):
     return sorted(folder.iterdir())
 
 
-def load(path, **options):
-    """The one recording in a file."""
-    (recording,) = read(path, ReadOptions(**options))
-    return recording
-
-
 def refusal(path, error=InputError, **options):
     """The sentence for which a file is refused: one line that names it."""
     with pytest.raises(error) as caught:
@@ -183,10 +177,6 @@ def read_mutated(whole: list[Path], path: Path) -> None:
             read(path)
         except InputError as error:
             assert str(error).isprintable()
-
-
-def names(recording):
-    return [channel.name for channel in recording.demonstration.channels]
 
 
 def actions(recording):
