@@ -473,7 +473,7 @@ class _Importer:
         # A file's name has no dot at its end, and no character that some system refuses.
         self._as_in_file_names = {file_names([f"_{name}"])[0][1:]: name for name in self._kinds}
         self._taken: dict[tuple[str, str], tuple[Path, Segments]] = {}
-        self._actions: dict[str, list[str]] = {}  # of each task, with those that are imported
+        self._actions: dict[str, list[str]] = {}  # by task
         self.imports: list[LabelImport] = []
         self.tracks: list[ImportedTrack] = []
         self.remarks: dict[Path, list[str]] = defaultdict(list)
@@ -586,15 +586,23 @@ class _Importer:
 
     def _new_actions(self, task: str, track: Track) -> list[str]:
         """Remarks on actions that the task lacks; the first ones of a task are no news."""
-        names = self._project.actions.vocabulary(task).names
-        known, remarks = self._actions.setdefault(task, list(names)), []
+        had_some = bool(self._project.actions.vocabulary(task).names)
+        known, remarks = self._known_actions(task), []
         for action in track.actions:
+            if action in known:
+                continue
             similar = name_alike(action, known)
-            if action not in known and (names or similar):
+            if had_some or similar:
                 beside = f" (there is '{similar}')" if similar else ""
                 remarks.append(f"New action '{action}'{beside} of {task or 'no task'}.")
-            known += [action] * (action not in known)
+            known.append(action)
         return remarks
+
+    def _known_actions(self, task: str) -> list[str]:
+        """The actions of a task, with those that are imported."""
+        if task not in self._actions:
+            self._actions[task] = list(self._project.actions.vocabulary(task).names)
+        return self._actions[task]
 
     def _hidden(self, info: DemonstrationInfo, author: str) -> bool:
         """Whether an author's labels are hidden from who imports."""
@@ -625,7 +633,7 @@ class _Importer:
                 f"s, and '{info.name}' is {info.duration:.6g} s long; choose another demonstration "
                 "(--demo) or move the labels (--offset)."
             )
-        actions = {*track.actions, *self._project.actions.vocabulary(info.task).names}
+        actions = {*track.actions, *self._known_actions(info.task)}
         if len(actions) > MOST_ACTIONS:
             return (
                 f"With the labels of {author}, {info.task or 'no task'} would have "
