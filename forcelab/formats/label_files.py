@@ -60,37 +60,20 @@ _ENDING: Final = re.compile(r"(?<=.)(?:\.labels|_labels|\.segments)\Z", re.IGNOR
 
 @dataclass(frozen=True, slots=True)
 class LabelSet:
-    """The labels of one demonstration, as a file of another program has them.
+    """The labels of one demonstration, as a file of another program has them."""
 
-    Parameters
-    ----------
-    name : str
-        What the file calls the demonstration: the id of an observation, else its media file or
-        itself, without suffix.
-    tracks : tuple of Track
-        One per author. Times are seconds of the force clock where the file tells them so; else of
-        the clock of its media, which mostly starts when they do.
-    duration : float, optional
-        Length of the demonstration or its media in seconds, if the file tells it.
-    remarks : tuple of str
-        One sentence for each thing that was left out or is worth a look.
-    media : mapping of str to float
-        By the name of each media file that the labels were made on, its time in seconds when that
-        of the labels is 0; empty where times are of the force clock.
-    resolution : float
-        Seconds to which times in the file are rounded: stored labels that lie no farther from them
-        are the same.
-    tiers : tuple of str
-        What its tiers are called, if it has any.
-    """
-
-    name: str
+    name: str  #: the id of an observation, else of its media file or itself, without suffix
+    #: one per author; times are seconds of the force clock where the file tells them so, else of
+    #: the clock of its media, which mostly starts when they do
     tracks: tuple[Track, ...]
-    duration: float | None = None
-    remarks: tuple[str, ...] = ()
+    duration: float | None = None  #: of the demonstration or its media (s), if the file tells it
+    remarks: tuple[str, ...] = ()  #: on what was left out or is worth a look, a sentence each
+    #: by the name of each media file that the labels were made on, its time (s) when that of the
+    #: labels is 0; empty where times are of the force clock
     media: Mapping[str, float] = field(default_factory=dict)
+    #: to which times in the file are rounded (s): stored labels no farther from them are the same
     resolution: float = 1e-6
-    tiers: tuple[str, ...] = ()
+    tiers: tuple[str, ...] = ()  #: what its tiers are called, if it has any
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,25 +140,9 @@ LABEL_FORMATS: Final = (
 def read_label_file(
     path: str | os.PathLike[str], options: LabelOptions | None = None
 ) -> list[LabelSet]:
-    """Read the labels in a file of any label format.
+    """The labels of each demonstration in a file of any label format, without the offset.
 
-    Parameters
-    ----------
-    path : path-like
-        The file; its format is told by its content.
-    options : LabelOptions, optional
-        How the file is to be understood where it does not say so itself; its offset is not added
-        here, as it is on the force clock.
-
-    Returns
-    -------
-    list of LabelSet
-        One per demonstration in the file; at least one.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read. The sentence is one line and names the file.
+    The error is one line and names the file.
     """
     path, options = Path(path), options or LabelOptions()
     with naming_file(path):
