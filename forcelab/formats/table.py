@@ -71,7 +71,7 @@ from forcelab.formats.timestamps import (
 from forcelab.formats.track_text import plain_text
 from forcelab.jobs import Progress
 from forcelab.labels import UNLABELLED, Track, from_codes
-from forcelab.text import counted, listed
+from forcelab.text import counted, listed, were
 
 #: Suffixes of files that are tables, whatever they hold.
 _SUFFIXES = frozenset([".csv", ".tsv"])
@@ -502,11 +502,11 @@ class _Table:
         if not number:
             return ()
         line = f"{self.layout.line} {self.body.lines[np.argmax(self.body.ragged)]}"
-        dropped = self.roles.time is not None or self.counter is not None
+        placed = self.roles.time is not None or self.counter is not None
         text = (
             f"{counted(number, 'row')} with more or fewer than {self.layout.dialect.width} cells "
-            f"{'was' if number == 1 else 'were'} "
-            f"{'dropped' if dropped else 'taken as missing samples'}, the first in {line}"
+            f"{were(number)} {'dropped' if placed else 'taken as missing samples'}, the first in "
+            f"{line}"
         )
         if strict:
             raise InputError(f"{self.layout.path}, {line}: {text}; mend it or let it be repaired.")

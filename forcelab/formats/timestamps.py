@@ -49,7 +49,7 @@ from forcelab.formats.table_sniff import (
     cell_type,
     numbers,
 )
-from forcelab.text import counted
+from forcelab.text import counted, were
 
 #: Seconds from 1970 to the start of 2100; and a round number of them in September 2001.
 YEAR_2100, YEAR_2001 = 4_102_444_800.0, 1e9
@@ -288,9 +288,7 @@ class _Rows:
         number = int(bad.sum())
         if not number:
             return
-        text = sentence.format(
-            rows=counted(number, self.row), were="was" if number == 1 else "were"
-        )
+        text = sentence.format(rows=counted(number, self.row), were=were(number))
         self.report(text, int(np.argmax(bad)))
         self.kept[self.kept] = ~bad
         self.values = self.values[~bad]
