@@ -257,7 +257,13 @@ class BodyReader:
             try:
                 self._blocks[index].append(self._numbers(index, column))
             except NotANumberError as error:
-                raise _no_number(self._layout, self._roles, index, line_numbers, error) from error
+                excerpt = error.cell if len(error.cell) <= 40 else error.cell[:37] + "..."
+                kind = "stamp" if index == self._roles.time else "number"
+                raise InputError(
+                    f"{self._layout.path}, {self._layout.line} {line_numbers[error.index]}: "
+                    f"{excerpt!r} in column '{self._layout.columns[index].name}' is not a {kind}; "
+                    f"mend the cell or empty it."
+                ) from error
 
     def _numbers(self, index: int, column: Sequence[str] | NDArray[Any]) -> NDArray[np.float64]:
         """The numbers or stamps in the cells of a column."""
@@ -332,59 +338,28 @@ def read_rows(
             columns |= {index: quick[:, place] for place, index in enumerate(reader.plain)}
             reader.read(line_numbers, columns)
         else:
-            cells = _split_rows(layout.path, line_numbers, rows, dialect)
+            try:
+                cells = dialect.split(rows)
+            except ValueError as error:
+                raise InputError(
+                    f"{layout.path}: {error} between lines {line_numbers[0]} and "
+                    f"{line_numbers[-1]}; a cell must end on the line on which it starts."
+                ) from error
             ragged = _pad_rows(cells, dialect)
             columns = dict(enumerate(zip(*cells, strict=True)))
             reader.read(line_numbers, columns, ragged)
     return reader.finish()
 
 
-def _no_number(
-    layout: Layout,
-    roles: ColumnRoles,
-    index: int,
-    line_numbers: Sequence[int] | NDArray[np.int64],
-    error: NotANumberError,
-) -> InputError:
-    """The error for a cell that is not what its column holds."""
-    excerpt = error.cell if len(error.cell) <= 40 else error.cell[:37] + "..."
-    return InputError(
-        f"{layout.path}, {layout.line} {line_numbers[error.index]}: {excerpt!r} in column "
-        f"'{layout.columns[index].name}' is not a "
-        f"{'stamp' if index == roles.time else 'number'}; mend the cell or empty it."
-    )
-
-
 def _sample_body(layout: Layout, roles: ColumnRoles) -> TableBody:
-    """The first rows alone; cells that are no numbers are named when the table is read."""
-    numeric, columns, words, decimal = [], [], {}, layout.dialect.decimal
-    for index in range(len(layout.columns)):
-        cells = layout.cells(index)
-        if index in roles.numeric:
-            kinds = (cell_type(cell, decimal) for cell in cells)
-            pairs = zip(cells, kinds, strict=True)
-            plain = [cell if kind is CellType.NUMBER else "" for cell, kind in pairs]
-            numeric.append(index)
-            columns.append(numbers(plain, decimal))
-        elif index != roles.time:
-            words[index] = TextColumn()
-            words[index].read(cells)
-            words[index].close()
-    count = len(layout.sample)
-    table = np.array(columns).reshape(-1, count).T
-    return TableBody(numeric, table, words, range(1, count + 1), np.zeros(count, np.bool_))
-
-
-def _split_rows(
-    path: Path, line_numbers: Sequence[int], rows: Sequence[str], dialect: Dialect
-) -> list[list[str]]:
-    try:
-        return dialect.split(rows)
-    except ValueError as error:
-        raise InputError(
-            f"{path}: {error} between lines {line_numbers[0]} and {line_numbers[-1]}; a cell must "
-            "end on the line on which it starts."
-        ) from error
+    """The first rows but their times; cells that are no numbers are named on reading the table."""
+    columns = {i: layout.cells(i) for i in range(len(layout.columns)) if i != roles.time}
+    for index in roles.numeric:
+        pairs = [(cell, cell_type(cell, layout.dialect.decimal)) for cell in columns[index]]
+        columns[index] = [cell if kind is CellType.NUMBER else "" for cell, kind in pairs]
+    reader = BodyReader(layout, replace(roles, time=None))
+    reader.read(range(1, len(layout.sample) + 1), columns)
+    return reader.finish()
 
 
 def _parse_block(
