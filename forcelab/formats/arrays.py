@@ -34,7 +34,7 @@ from forcelab.formats.recording import (
     reading_progress,
 )
 from forcelab.formats.rosbag_topics import Field, name_forces, values_within, with_sensors
-from forcelab.formats.table import TableBody, make_recording, preview_layout
+from forcelab.formats.table import Table, make_recording, preview_layout
 from forcelab.formats.table_columns import ColumnRoles, TextColumn, choose_roles, is_counter_name
 from forcelab.formats.table_sniff import (
     CellType,
@@ -179,12 +179,10 @@ def read_tree(tree: Tree, options: ReadOptions) -> Generator[Progress, None, lis
     for name, arrays in demonstrations.items():
         yield Progress(len(recordings), len(demonstrations), f"reading {tree.path.name}")
         chosen = _Choice(tree, arrays, options)
-        body = (yield from chosen.body()) if len(demonstrations) == 1 else finish(chosen.body())
+        table = (yield from chosen.table()) if len(demonstrations) == 1 else finish(chosen.table())
         full_name = " ".join(filter(None, (tree.path.stem, name)))
         remarks = (*chosen.remarks(), *tree.remarks)
-        recordings.append(
-            make_recording(full_name, chosen.layout, chosen.roles, body, chosen.options, remarks)
-        )
+        recordings.append(make_recording(full_name, table, chosen.options, remarks))
     return recordings
 
 
@@ -464,7 +462,7 @@ class _Choice:
         left_out = (name for name in options.leave_out if name in known or name.isdecimal())
         return replace(options, leave_out=tuple(left_out))
 
-    def body(self) -> Generator[Progress, None, TableBody]:
+    def table(self) -> Generator[Progress, None, Table]:
         """Read the arrays, that of the times first, while there is nothing else in memory."""
         numeric = [index for index in range(len(self.parts)) if index in self.roles.numeric]
         table = np.empty((self.rows, len(numeric)))
@@ -509,7 +507,8 @@ class _Choice:
                 unit = unit_of_time(title)
                 times = reader.finish(stamps, unit, self.layout.path, title.name)
         ragged = np.zeros(self.rows, np.bool_)
-        return TableBody(numeric, table, words, range(1, self.rows + 1), ragged, times)
+        lines = range(1, self.rows + 1)
+        return Table(self.layout, self.roles, numeric, table, words, lines, ragged, times)
 
     def _code_names(self, array: Array) -> Mapping[int, str]:
         """What the codes of an array stand for, by a list of words beside it that is as long."""

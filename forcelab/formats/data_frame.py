@@ -96,7 +96,7 @@ def read_frame(
             for index, (_, values) in enumerate(columns)
         },
     )
-    return make_recording(name, layout, roles, reader.finish(), options, beside=False)
+    return make_recording(name, reader.finish(), options, beside=False)
 
 
 def demonstration_from_frame(

@@ -96,8 +96,8 @@ def _read_sheet(
     try:
         roles = choose_roles(layout, options)
         rows = _blocks(_lines(sheet, layout.dialect.width), layout.skip)
-        body = yield from read_rows(layout, roles, rows, 0)  # what a sheet says need not be true
-        return make_recording(name, layout, roles, body, options)
+        table = yield from read_rows(layout, roles, rows, 0)  # what a sheet says need not be true
+        return make_recording(name, table, options)
     except InputError as error:
         return error
 
