@@ -11,7 +11,7 @@ import re
 import tempfile
 from collections import Counter
 from collections.abc import Collection, Generator, Sequence
-from contextlib import ExitStack, closing
+from contextlib import closing
 from pathlib import Path
 from typing import Any, Final
 
@@ -32,6 +32,7 @@ from forcelab.project.files import file_errors
 from forcelab.signals.channels import channel_map
 from forcelab.text import counted, listed
 from forcelab.video.cut import cut_video
+from forcelab.video.pictures import PictureError, PictureVideo, read_picture
 
 #: Author of the labels in a dataset, which does not say who made them.
 DATASET: Final = "dataset"
@@ -248,9 +249,6 @@ def _write_pictures(
     import pyarrow as pa
     import pyarrow.compute as pc
 
-    from forcelab.video.jpeg_writer import JpegVideoWriter, encode_jpeg
-    from forcelab.video.pictures import PictureError, check_jpeg, decode_png, is_png
-
     if not (
         pa.types.is_struct(column.type)
         and column.type.get_field_index("bytes") >= 0
@@ -258,27 +256,19 @@ def _write_pictures(
     ):
         raise InputError("they are not stored as bytes")
     contents = pc.struct_field(column, "bytes")
-    file, first, fault = folder / "pictures.mkv", 0.0, ""
-    count, size = 0, (0, 0)
-    with ExitStack() as stack:
-        stack.enter_context(file_errors(f"The pictures were not written to '{file}'"))
+    file, fault = folder / "pictures.mkv", ""
+    with (
+        file_errors(f"The pictures were not written to '{file}'"),
+        closing(PictureVideo(file)) as video,
+    ):
         for row, time in zip(times.rows.tolist(), times.times.tolist(), strict=True):
-            data = contents[row].as_py() or b""
             try:
-                jpeg, shape = check_jpeg(encode_jpeg(decode_png(data)) if is_png(data) else data)
-                if count and shape != size:
-                    raise PictureError("it is of another size")
-            except PictureError as error:
+                video.write(read_picture(contents[row].as_py() or b""), time)
+            except PictureError as error:  # noqa: PERF203 - others may be whole
                 fault = fault or f"picture {row} cannot be used: {error}"
-                continue
-            if not count:
-                writer = stack.enter_context(closing(JpegVideoWriter(file, *shape)))
-                first, size = time, shape
-            writer.write(jpeg, time - first)
-            count += 1
-    if not count:
+    if not video.count:
         raise InputError(fault)
-    return file, first, count
+    return file, video.start, video.count
 
 
 def _remarks(dataset: Dataset, features: Sequence[str], cameras: Sequence[str]) -> list[str]:

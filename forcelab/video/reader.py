@@ -14,7 +14,7 @@ import math
 import os
 from bisect import bisect_right
 from collections import OrderedDict
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -258,14 +258,7 @@ class VideoReader:
 
         Numbers count from 0, in the order of the times. `IndexError` if there is no such frame.
         """
-        result: list[Frame] = []
-
-        def relayed() -> Iterator[None]:
-            result.append((yield from self.reaching(number)))
-
-        for _ in relayed():
-            pass
-        return result[0]
+        return finish(self.reaching(number))
 
     def reaching(self, number: int, passed: int | None = None) -> Generator[None, None, Frame]:
         """Decode up to a frame, as of :meth:`frame`, as a job that yields after each one it passes.
