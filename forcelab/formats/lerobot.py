@@ -20,9 +20,9 @@ import numpy as np
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
+from forcelab.formats.fields import values_within
 from forcelab.formats.lerobot_dataset import SUBTASK, SUBTASKS_FILE, Column, Dataset, Episode
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
-from forcelab.formats.rosbag_topics import values_within
 from forcelab.formats.signatures import is_lerobot_folder, lerobot_folder
 from forcelab.formats.table_columns import is_unlabelled, missing_remark
 from forcelab.formats.timestamps import RepairedTimestamps

@@ -5,8 +5,7 @@ JPEG goes into the video as it is; PNG and raw pixels are encoded as JPEG.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import Any, Final
@@ -16,7 +15,10 @@ import numpy as np
 from forcelab.clock import ClockMap
 from forcelab.demonstration import VideoReference
 from forcelab.errors import InputError
-from forcelab.formats.rosbag_topics import FrameTimes
+from forcelab.formats.alignment import TimedRows
+from forcelab.formats.fields import values_within
+from forcelab.formats.recording import ColumnUse, ReadOptions, Use
+from forcelab.formats.rosbag_topics import Topic, TopicData
 from forcelab.jobs import Progress
 from forcelab.project.files import file_errors
 from forcelab.text import amount, counted, left_out
@@ -52,7 +54,47 @@ def is_picture(message: Any) -> bool:
     )
 
 
-def describe_picture(message: Any) -> tuple[str, str]:
+def select_pictures(
+    topics: Sequence[Topic], options: ReadOptions
+) -> tuple[list[TopicData], dict[str, str]]:
+    """The topics of pictures to make videos of, empty yet, and a sentence on each that is none."""
+    selected: list[TopicData] = []
+    left: dict[str, str] = {}
+    for topic in topics:
+        if not is_picture(topic.first) or _left_out(topic, topics, options):
+            continue
+        kind, trouble = _describe(topic.first)
+        pictures = f"Pictures of {topic.name} ({kind})"
+        if options.unpack is None:
+            left[topic.name] = f"{pictures} become a video when the bag is imported."
+        elif trouble:
+            left[topic.name] = f"{pictures} were left out: {trouble}."
+        else:
+            selected.append(TopicData(topic))
+    return selected, left
+
+
+def preview_pictures(topic: Topic, topics: Sequence[Topic], options: ReadOptions) -> ColumnUse:
+    """What the pictures of a topic are read as."""
+    kind, trouble = _describe(topic.first)
+    if trouble:
+        return ColumnUse(topic.name, "", "left out", (kind,), choices=("left out",))
+    use: Use = "left out" if _left_out(topic, topics, options) else "video"
+    return ColumnUse(topic.name, "", use, (kind,), choices=("video", "left out"))
+
+
+def _left_out(topic: Topic, topics: Sequence[Topic], options: ReadOptions) -> bool:
+    """Whether a topic is to be left out: by its own name, or by that of what it lies in.
+
+    The name of another topic stands for that alone: ``/camera/compressed`` lies beside ``/camera``.
+    """
+    others = {other.name.removeprefix("/") for other in topics if other is not topic}
+    return values_within(
+        topic.name, *(name for name in options.leave_out if name.removeprefix("/") not in others)
+    )
+
+
+def _describe(message: Any) -> tuple[str, str]:
     """What a message's picture is, such as ``"rgb8, 640 x 480"``.
 
     Also why no picture like it becomes part of a video; empty where they do.
@@ -72,7 +114,7 @@ def describe_picture(message: Any) -> tuple[str, str]:
 
 def write_video(
     messages: Iterator[tuple[int, Any]],
-    frames: FrameTimes,
+    frames: TimedRows,
     path: Path,
     count: Callable[[str], Progress],
     *,
@@ -83,7 +125,7 @@ def write_video(
     `count` counts those of a topic. Pictures that are damaged, or of another size than the first,
     are left out; `strict` refuses them.
     """
-    topic, times = frames.topic, dict(zip(frames.rows.tolist(), frames.times.tolist(), strict=True))
+    topic, times = frames.name, dict(zip(frames.rows.tolist(), frames.times.tolist(), strict=True))
     fault, bad_count = "", 0
     sources: dict[str, None] = {}
     with (
@@ -117,11 +159,6 @@ def write_video(
         f"{amount(path.stat().st_size)}.",
     )
     return VideoReference(path, ClockMap(video.start), topic), tuple(remarks)
-
-
-def video_path(folder: Path, topic: str) -> Path:
-    """Where in a folder a topic's video goes: what topics are called is a stranger's choice."""
-    return folder / f"{len(list(folder.iterdir()))}-{re.sub(r'[^a-zA-Z0-9]+', '-', topic)[:80]}.mkv"
 
 
 def _read(message: Any) -> JpegPicture:
