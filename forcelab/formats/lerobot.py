@@ -124,27 +124,27 @@ def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
 
 def choose_features(dataset: Dataset, options: ReadOptions) -> tuple[list[Column], list[str]]:
     """The numbers to read as channels, and the cameras."""
-    addresses = {f"{column.feature}.{column.name}": column for column in dataset.columns.values()}
-    own_names = [column.name for column in addresses.values()]
     for name in (*options.signals, *options.leave_out):
-        every = (*addresses, *own_names, *dataset.cameras)
-        if not any(values_within(address, name) for address in every):
+        if not any(_is_named(column, (name,)) for column in dataset.columns.values()) and not any(
+            values_within(camera, name) for camera in dataset.cameras
+        ):
             names = listed([*dataset.numbers, *dataset.cameras])
             raise InputError(f"'{dataset.path}' has no feature '{name}'; name one of {names}.")
     default = _default_features(dataset)
     columns = [
         column
-        for address, column in addresses.items()
-        if (
-            column.feature in default
-            or values_within(address, *options.signals)
-            or column.name in options.signals
-        )
-        and not values_within(address, *options.leave_out)
-        and column.name not in options.leave_out
+        for column in dataset.columns.values()
+        if (column.feature in default or _is_named(column, options.signals))
+        and not _is_named(column, options.leave_out)
     ]
     cameras = [name for name in dataset.cameras if not values_within(name, *options.leave_out)]
     return columns, cameras
+
+
+def _is_named(column: Column, names: Sequence[str]) -> bool:
+    """Whether one of some names is of a number, or of a feature or part of one that it is in."""
+    addresses = (f"{column.feature}.{column.name}", column.name)
+    return any(values_within(address, *names) for address in addresses)
 
 
 def _default_features(dataset: Dataset) -> Collection[str]:
@@ -187,11 +187,10 @@ def _labels(
         return (), []
     codes = dataset.whole_numbers(table, SUBTASK)[times.rows]
     names = dataset.subtasks
-    known = np.array([not is_unlabelled(name) for name in names], np.bool_)
     inside = (codes >= 0) & (codes < len(names))
-    codes = np.where(inside, codes, UNLABELLED)
-    if len(names):
-        codes = np.where(known[codes], codes, UNLABELLED)
+    # The last one stands for what is outside.
+    is_action = np.array([*(not is_unlabelled(name) for name in names), False])
+    codes = np.where(is_action[np.where(inside, codes, -1)], codes, UNLABELLED)
     segments = from_codes(codes, times.times, [" ".join(name.split()) for name in names])
     remarks = []
     if not inside.all():
