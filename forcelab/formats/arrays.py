@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import ForcelabError, InputError
+from forcelab.formats.fields import Field, name_forces, values_within, with_sensors
 from forcelab.formats.recording import (
     ANY_USE,
     ColumnUse,
@@ -33,7 +34,6 @@ from forcelab.formats.recording import (
     Use,
     reading_progress,
 )
-from forcelab.formats.rosbag_topics import Field, name_forces, values_within, with_sensors
 from forcelab.formats.table import Table, make_recording, preview_layout
 from forcelab.formats.table_columns import ColumnRoles, TextColumn, choose_roles, is_counter_name
 from forcelab.formats.table_sniff import (
