@@ -21,7 +21,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.device import Block
+from forcelab.capture.device import Block, SoftwareZero
 from forcelab.capture.discovery import find_ports
 from forcelab.capture.serial_port import LineDevice, LineSplitter, Ports
 from forcelab.demonstration import Channel
@@ -170,12 +170,12 @@ class Encoder(LineDevice):
         self.channels = (Channel(channel, unit),)
         #: Its serial number, once it has answered.
         self.serial: str | None = None
-        self._scale, self._zero, self._count = scale, 0, 0
+        self._scale = scale
         self._parser = EncoderParser()
         self._first: Block | None = None
 
     def open(self) -> None:
-        self._parser, self._zero, self._count, self.serial = EncoderParser(), 0, 0, None
+        self._parser, self._zero, self.serial = EncoderParser(), SoftwareZero(), None
         super().open()
 
     def read(self, timeout: float) -> Block | None:
@@ -183,10 +183,6 @@ class Encoder(LineDevice):
             block, self._first = self._first, None
             return block
         return self._parse_counts(*self._port.read(timeout))
-
-    def zero(self) -> None:
-        """Take the present opening for zero."""
-        self._zero = self._count
 
     def _parse_counts(self, data: bytes, arrived: float) -> Block | None:
         """The counts in what came."""
@@ -198,9 +194,8 @@ class Encoder(LineDevice):
                 self.serial = reply.serial
         if not len(counts):
             return None
-        self._count = int(counts[-1])
-        values = self._scale * (counts - self._zero).astype(np.float64)
-        return Block(np.full(len(counts), arrived), None, values[:, None])
+        values = self._scale * self._zero.apply(counts[:, None].astype(np.float64))
+        return Block(np.full(len(counts), arrived), None, values)
 
     def _configure(self) -> None:
         """Have it stream; its first count is kept, as it holds until the next one."""

@@ -148,10 +148,7 @@ class DeviceReader:
         self._messages = MessageQueue()
         self._last: Block | None = None
         self._plugged = True
-        # Of a device that gives texts at single times.
-        self._take_markers = getattr(device, "take_markers", lambda: ())
         self._marker: tuple[float, str] | None = None  # the last one
-        self._stamped = bool(getattr(device, "stamped", False))
         self._counted = 0  # samples so far of a device without a counter: they count themselves
         self._opened = self._last_arrival = time.monotonic()
         self._lost_at = self._saturated_at = -np.inf
@@ -181,7 +178,10 @@ class DeviceReader:
             self.end = None
             self._before_gap = None  # what it misses before its first sample is not recorded
             if self.device.holds and self._last is not None and self._plugged:
-                journal.block(self._number, self._last)  # its value holds since before
+                # Its value holds since before.
+                journal.block(
+                    self._number, Block(self._last.arrived[-1:], None, self._last.values[-1:])
+                )
             if self._marker is not None:
                 self._note_marker(*self._marker)  # it holds until the next one
             if not self._plugged:
@@ -201,10 +201,10 @@ class DeviceReader:
         with self._lock:
             clocked = self._clock.known and not self.device.holds
             rate = 1.0 / self._clock.rate if clocked else 0.0
-            if self._stamped and not self.device.holds:
+            if self.device.stamped and not self.device.holds:
                 rate = _rate(self.ring.latest(_RECENT_SECONDS)[1], configured)
             # A rate that was only measured is no promise that a clock could break.
-            promised = configured > 0 and not getattr(self.device, "measured", False)
+            promised = configured > 0 and not self.device.measured
             pace = configured / rate if clocked and promised else np.nan
             residual = self._clock.residual if clocked else np.nan
             patience = _STALLED + (2 / configured if configured > 0 else 0)
@@ -267,7 +267,7 @@ class DeviceReader:
                 continue
             if block is not None and len(block):
                 self._add(block)
-            for marker in self._take_markers():
+            for marker in self.device.take_markers():
                 with self._lock:
                     self._marker = marker
                     self._samples += 1
@@ -294,12 +294,7 @@ class DeviceReader:
         with self._lock:
             if self._journal is not None:
                 self._journal.block(self._number, block)
-            self._last = Block(
-                block.arrived[-1:].copy(),
-                None if block.ticks is None else block.ticks[-1:].copy(),
-                block.values[-1:].copy(),
-                None if block.status is None else block.status[-1:].copy(),
-            )
+            self._last = block
             self._last_arrival = time.monotonic()
             self._samples += len(block)
             self.ring.extend(self._times(block), block.values)
@@ -313,9 +308,9 @@ class DeviceReader:
 
     def _times(self, block: Block) -> NDArray[np.float64]:
         """When the samples were taken, by the clock as it is now."""
-        if self._stamped and not self.device.holds:
+        if self.device.stamped and not self.device.holds:
             self._count_missing(block.arrived)
-        if self.device.holds or self._stamped:
+        if self.device.holds or self.device.stamped:
             return block.arrived
         ticks = block.ticks
         if ticks is None:

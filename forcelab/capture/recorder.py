@@ -9,7 +9,6 @@ from pathlib import Path
 
 from forcelab.capture.camera import CameraReader, CameraState, Capture
 from forcelab.capture.device import Closable, Device
-from forcelab.capture.device_names import number_sensors
 from forcelab.capture.journal import JournalReader, JournalWriter, RecordKind
 from forcelab.capture.reader import DeviceReader, DeviceState, Window
 from forcelab.capture.save import (
@@ -94,8 +93,9 @@ class Recorder(Closable):
             for _, capture in self._captures:
                 capture.release()
             raise
-        number_sensors(self._devices)
+        sensor = 1  # no two channels share a name
         for number, device in enumerate(self._devices):
+            sensor = device.number_sensors(sensor)
             self._readers.append(DeviceReader(number, device, self._seconds))
         for number, (name, capture) in enumerate(self._captures):
             self.cameras.append(CameraReader(number, capture, name))

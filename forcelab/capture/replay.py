@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.device import Block, Closable, SoftwareZero, UnpluggedError
+from forcelab.capture.device import Block, Closable, Device, SoftwareZero, UnpluggedError
 from forcelab.capture.emulator import BURST, VirtualOptoForce, VirtualTextDevice
-from forcelab.demonstration import GAP_PERIODS, Channel, Demonstration
+from forcelab.demonstration import GAP_PERIODS, Demonstration
 from forcelab.errors import InputError
 from forcelab.formats.calibration import Calibrations
 from forcelab.formats.optoforce_packets import KINDS
@@ -236,34 +236,29 @@ class Replay(Closable):
         return absent
 
 
-class RecordedDevice:
+class RecordedDevice(Device):
     """A demonstration that is read in real time, over its own clock, as a device is.
 
     It gives the channels, units and rate of the recording, and gaps where that has them. At its end
     it begins again, or is gone like a device that was unplugged.
     """
 
-    holds = False
-
-    def __init__(self, project: Path, demonstration: str, *, loop: bool = True) -> None:
+    def __init__(self, project: Path | str, demonstration: str, *, loop: bool = True) -> None:
         """The one with this name or id in a project; it is loaded when the device is opened."""
-        self.channels: tuple[Channel, ...] = ()
-        self.rate = 0.0
-        self._project, self._demonstration, self._loop = project, demonstration, loop
-        self._title = demonstration
+        super().__init__()
+        self._project, self._demonstration, self._loop = Path(project), demonstration, loop
+        self._name_demonstration(demonstration)
         self._begun = 0.0  # by the host's monotonic clock
         self._played = 0  # samples, those in gaps included
 
-    @property
-    def name(self) -> str:
-        """Such as ``"replay:lab.forcelab/pull-03"``."""
-        return f"replay:{self._project.name}/{self._title}"
+    def _name_demonstration(self, title: str) -> None:
+        self._title, self.name = title, f"replay:{self._project.name}/{title}"
 
     def open(self) -> None:
         """Load the recording and play it from its start."""
         with Project.open(self._project) as project:
             recording = project.demonstrations.load(self._demonstration)
-        self._title = recording.name
+        self._name_demonstration(recording.name)
         self._signals, self._moments = np.asarray(recording.signals), _Moments(recording)
         self.channels, self.rate = recording.channels, 1.0 / recording.period
         self._length = round(recording.duration * self.rate)
@@ -295,12 +290,6 @@ class RecordedDevice:
         if not len(ticks):
             return None
         return Block(np.full(len(ticks), arrived), ticks, self._zero.apply(values))
-
-    def zero(self) -> None:
-        self._zero.take()
-
-    def remarks(self) -> tuple[str, ...]:
-        return ()
 
     def close(self) -> None:
         """There is nothing to release."""

@@ -16,7 +16,7 @@ from forcelab.capture.optoforce import (
 )
 from forcelab.errors import InputError
 from forcelab.formats.calibration import read_calibrations
-from forcelab.formats.optoforce_packets import KINDS
+from forcelab.formats.optoforce_packets import KINDS, Parser
 from forcelab.resources import asset
 from tests.formats.optoforce_streams import CONFIGURED, packet, stream
 
@@ -55,7 +55,7 @@ def test_blocks_hold_every_sample_however_the_bytes_came(step, cuts):
     found, packet_stream = blocks(data[:800] + CONFIGURED + data[800:], cuts)
     assert np.concatenate([block.ticks for block in found]).tolist() == list(range(200))
     assert (np.concatenate([block.values for block in found]) == values).all()
-    assert [reply.code for reply in packet_stream.take_replies()] == [0]
+    assert [reply.code for reply in packet_stream.parser.take_replies()] == [0]
 
 
 def test_samples_keep_the_time_at_which_they_arrived_while_the_step_is_learnt():
@@ -89,7 +89,7 @@ def test_a_daq_that_was_plugged_in_again_goes_on_by_the_hosts_clock():
     packet_stream, data = PacketStream(1000.0), stream(AXES3, range(100))[0]
     packet_stream.feed(data, 0.1)
     assert packet_stream.flush() is None
-    packet_stream.restart(1000.0)
+    packet_stream.restart(Parser())
     block = packet_stream.feed(stream(AXES3, range(40_000, 40_100))[0], 2.1)
     assert block.ticks.tolist() == list(range(2_099, 2_199))
 
