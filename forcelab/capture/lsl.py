@@ -11,7 +11,6 @@ recording makes labels as those of an XDF file are made.
 from __future__ import annotations
 
 import time
-from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
@@ -78,7 +77,8 @@ def find_streams() -> tuple[FoundStream, ...]:
 
     Empty where the package that reads them is not installed.
     """
-    return deque(search_streams(), maxlen=1).pop()
+    *_, streams = search_streams()
+    return streams
 
 
 def search_streams() -> Iterator[tuple[FoundStream, ...]]:
@@ -114,11 +114,6 @@ def _search(seconds: float) -> Iterator[list[Any]]:
     while time.monotonic() < until:
         time.sleep(0.1)
         yield resolver.results()
-
-
-def _resolve(seconds: float) -> list[Any]:
-    """What answers within so many seconds."""
-    return deque(_search(seconds), maxlen=1).pop()
 
 
 def _pylsl() -> Any:
@@ -259,8 +254,9 @@ class LslStream(Device):
     def _connect(self, seconds: float) -> Any:
         """Connect to the only stream that is meant; its whole description."""
         pylsl = _pylsl()
+        *_, infos = _search(seconds)
         inlet = pylsl.StreamInlet(
-            self._choose(_resolve(seconds)),
+            self._choose(infos),
             max_buflen=WAITING_SECONDS,
             recover=False,  # a lost stream is told, and waited for here
             processing_flags=pylsl.proc_clocksync | self._dejitter * pylsl.proc_dejitter,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import threading
 import time
 from dataclasses import dataclass
@@ -10,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.capture.align import FORCE_NAME
 from forcelab.capture.clock import ArrivalClock, missing_by_stamps, missing_samples
 from forcelab.capture.device import Block, Device, MessageQueue, UnpluggedError
 from forcelab.capture.journal import ENDED, PLUGGED, UNPLUGGED, JournalWriter, RecordKind
@@ -105,8 +105,6 @@ class DeviceState:
 OVERLOAD = 0x03F0
 #: Units of channels that read zero when nothing is touched.
 FORCE_UNITS = frozenset({"N", "mN", "kN", "Nm", "N m", "Nmm", "N mm", "mNm", "mN m", "g", "kg"})
-
-FORCE_NAME = re.compile(r"[ft][xyz]\d*")  # raw counts have no unit, but the name of a force
 _READ_SECONDS = 0.1  # s that a read waits at most
 _RETRY = 0.25  # s between two tries to find a device again
 _RECENT_SECONDS = 2.0  # s of an alarm after its cause; s that tell a rate, and what is lost
