@@ -32,7 +32,7 @@ class RingBuffer:
         self._length = length
         self._rows = np.zeros((2 * length, 1 + channels))
         self._end = 0  # of the rows that are filled
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
         #: Samples taken in so far.
         self.count = 0
 
@@ -54,23 +54,18 @@ class RingBuffer:
         The next call's number is this one's first number plus its length.
         """
         with self._lock:
-            return self._since(number)
+            first = max(number, self.count - self._length, 0)
+            n = max(self.count - first, 0)
+            rows = self._rows[self._end - n : self._end]
+            return first, rows[:, 0].copy(), rows[:, 1:].copy()
 
     def latest(self, seconds: float) -> Window:
         """Copies of the samples of the last so many seconds, counted back from the last one."""
         with self._lock:
             n = min(self.count, self._length)
-            if not n:
-                return self._since(self.count)
             times = self._rows[self._end - n : self._end, 0]
-            first = int(np.searchsorted(times, times[-1] - seconds))
-            return self._since(self.count - n + first)
-
-    def _since(self, number: int) -> Window:
-        first = max(number, self.count - self._length, 0)
-        n = max(self.count - first, 0)
-        rows = self._rows[self._end - n : self._end]
-        return first, rows[:, 0].copy(), rows[:, 1:].copy()
+            first = int(np.searchsorted(times, times[-1] - seconds)) if n else 0
+            return self.since(self.count - n + first)
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,7 +159,7 @@ class DeviceReader:
         """Give what comes from now on to a journal, or to none."""
         with self._lock:
             if journal is None and not self._plugged:
-                self._note(ENDED)
+                self._note(RecordKind.EVENT, what=ENDED)
             self._journal = journal
             if journal is None:
                 self.end = self.ring.count
@@ -181,9 +176,10 @@ class DeviceReader:
                     self._number, Block(self._last.arrived[-1:], None, self._last.values[-1:])
                 )
             if self._marker is not None:
-                self._note_marker(*self._marker)  # it holds until the next one
+                at, text = self._marker
+                self._note(RecordKind.MARK, at, marker=text)  # it holds until the next one
             if not self._plugged:
-                journal.note(RecordKind.EVENT, self._number, at=time.monotonic(), what=UNPLUGGED)
+                self._note(RecordKind.EVENT, what=UNPLUGGED)
 
     def zero(self) -> None:
         """Let the device take its present readings for zero, soon."""
@@ -265,28 +261,28 @@ class DeviceReader:
                 continue
             if block is not None and len(block):
                 self._add(block)
-            for marker in self.device.take_markers():
+            for at, text in self.device.take_markers():
                 with self._lock:
-                    self._marker = marker
+                    self._marker = at, text
                     self._samples += 1
-                    self._note_marker(*marker)
-            for sentence in (*self.device.remarks(), *self._check_rate()):
+                    self._note(RecordKind.MARK, at, marker=text)
+            for sentence in self.device.remarks():
                 self._report(sentence)
+            self._check_rate()
 
-    def _check_rate(self) -> list[str]:
+    def _check_rate(self) -> None:
         """Say once that the device does not give as many samples as configured."""
         settled = self._last_arrival >= self._opened + _SETTLED
         if self._rate_checked or not self._clock.learnt or not settled:
-            return []
+            return
         self._rate_checked = True
         configured, rate = self.device.rate, 1.0 / self._clock.rate
-        if not configured > 0 or abs(rate - configured) <= _WRONG_RATE * configured:
-            return []
-        return [
-            f"{self.device.name} gives {rate:.4g} samples a second, not {configured:.4g}: what is "
-            f"recognised live goes wrong; connect it with ?rate={rate:.4g} or set it to "
-            f"{configured:.4g}."
-        ]
+        if configured > 0 and abs(rate - configured) > _WRONG_RATE * configured:
+            self._report(
+                f"{self.device.name} gives {rate:.4g} samples a second, not {configured:.4g}: what "
+                f"is recognised live goes wrong; connect it with ?rate={rate:.4g} or set it to "
+                f"{configured:.4g}."
+            )
 
     def _add(self, block: Block) -> None:
         with self._lock:
@@ -346,7 +342,7 @@ class DeviceReader:
         since = time.monotonic()
         with self._lock:
             self._plugged = False
-            self._note(UNPLUGGED)
+            self._note(RecordKind.EVENT, what=UNPLUGGED)
         self._report(str(error))
         while not self._stop.wait(_RETRY):
             try:
@@ -362,23 +358,17 @@ class DeviceReader:
                 self._unsettled = np.zeros(0)
                 self._clock.restart()
                 self._zero_drift.interrupt()
-                self._note(PLUGGED)
+                self._note(RecordKind.EVENT, what=PLUGGED)
             self._report(f"{self.device.name} is back after {self._last_arrival - since:.1f} s.")
             return
 
-    def _note(self, event: str) -> None:
-        """Note an event in the journal, holding the lock."""
+    def _note(self, kind: RecordKind, at: float | None = None, **what: str) -> None:
+        """Note what happened in the journal, at a time (s) or now, holding the lock."""
         if self._journal is not None:
-            self._journal.note(RecordKind.EVENT, self._number, at=time.monotonic(), what=event)
-
-    def _note_marker(self, at: float, text: str) -> None:
-        """Note a marker in the journal, holding the lock."""
-        if self._journal is not None:
-            self._journal.note(RecordKind.MARK, self._number, at=at, marker=text)
+            at = time.monotonic() if at is None else at
+            self._journal.note(kind, self._number, at=at, **what)
 
     def _report(self, sentence: str) -> None:
         self._messages.put(sentence)
         with self._lock:
-            if self._journal is not None:
-                at = time.monotonic()
-                self._journal.note(RecordKind.MESSAGE, self._number, at=at, text=sentence)
+            self._note(RecordKind.MESSAGE, text=sentence)

@@ -69,11 +69,9 @@ class SegmentBuilder:
         return self._last + self._period
 
     @property
-    def present(self) -> ClosedSegment | None:
-        """The segment that has not ended, as far as it is decided."""
-        if self._code == UNLABELLED:
-            return None
-        return ClosedSegment(self._start, self.until, self.action, self._sum / self._count)
+    def present(self) -> list[ClosedSegment]:
+        """The segment that has not ended, as far as it is decided, if there is one."""
+        return self._closed(self.until)
 
     def take(self, labels: LiveLabels) -> list[ClosedSegment]:
         """Take labels; gives the segments that they end."""
@@ -109,8 +107,7 @@ class SegmentBuilder:
 
     def finish(self) -> list[ClosedSegment]:
         """The segment that has not ended, which ends with the last label."""
-        closed = self._closed(self.until)
-        self._code = UNLABELLED
+        closed, self._code = self.present, UNLABELLED
         return closed
 
     @property
@@ -171,15 +168,12 @@ class SnapshotBuffer:
 
     def end(self, growing: SegmentBuilder) -> None:
         """End the open segment: another recogniser goes on."""
-        present = growing.present
-        if present is not None:
-            self._segments.append(present.segment)
+        self._segments.extend(segment.segment for segment in growing.present)
         self._latest = ()
 
     def snapshot(self, growing: SegmentBuilder, cost: float) -> LiveSnapshot:
         """The snapshot of now."""
-        present = growing.present
-        segments = (*self._segments, *(() if present is None else (present.segment,)))
+        segments = (*self._segments, *(segment.segment for segment in growing.present))
         return LiveSnapshot(
             segments, self._certainty(), growing.until, growing.action, self._latest, cost
         )
@@ -272,10 +266,9 @@ class LiveRecognition:
         self._following = StreamMerger(devices, recorder.since)
         rate = self._following.rate if self._following.rate > 0 else None
         self._online = OnlineRecogniser(recogniser, latency, self._following.channels, rate)
-        slow = (
-            () if rate is None else recogniser.rate_remarks(rate, "The samples come", "they have")
-        )
-        self.remarks = (*recogniser.unit_remarks(self._following.channels), *slow)
+        self.remarks = recogniser.unit_remarks(self._following.channels)
+        if rate is not None:
+            self.remarks += recogniser.rate_remarks(rate, "The samples come", "they have")
         self._segments = SegmentBuilder(self._online)
         self._recent = SnapshotBuffer(self._online.actions)
         self.snapshot = LiveSnapshot()
@@ -368,12 +361,8 @@ class LiveRecognition:
         if self.finished:
             return []
         worked = time.thread_time()
-        closed = []
-        for last in (
-            self._online.push(*self._following.read(self._recorder.ends)),
-            self._online.finish(),
-        ):
-            closed += self._take(last)
+        closed = self._take(self._online.push(*self._following.read(self._recorder.ends)))
+        closed += self._take(self._online.finish())
         self._recent.end(self._segments)
         closed += self._segments.finish()
         self._closed_segments += closed
@@ -401,9 +390,8 @@ class LiveRecognition:
                 project.tracks.edit(
                     saved.added.id, self.author, before, segments, description, kind="predict"
                 )
-        ages = np.array(self._ages) if self._ages else np.full(1, np.nan)
         labelled = math.fsum(segment.duration for segment in segments)
-        middle, most = (_finite(float(age)) for age in np.percentile(ages, [50, 99]))
+        middle, most = np.percentile(self._ages, [50, 99]).tolist() if self._ages else (None, None)
         return {
             "author": self.author,
             "segments": len(segments),
@@ -415,15 +403,12 @@ class LiveRecognition:
 
     def _within(self, start: float, seconds: float) -> tuple[Segment, ...]:
         """The segments on the demonstration's clock."""
-        ends = [
-            (
-                min(max(closed.start - start, 0.0), seconds),
-                min(closed.end - start, seconds),
-                closed.action,
-            )
-            for closed in self._closed_segments
-        ]
-        return tuple(Segment(first, last, action) for first, last, action in ends if last > first)
+        within = []
+        for closed in self._closed_segments:
+            begin, end = max(closed.start - start, 0.0), min(closed.end - start, seconds)
+            if end > begin:
+                within.append(Segment(begin, end, closed.action))
+        return tuple(within)
 
     def _cost(self) -> float:
         """Share of a core that was taken of late."""
@@ -449,8 +434,3 @@ def lost_track_sentence(error: Exception) -> str:
     log.error("A live track is lost.", exc_info=error)
     fault = f"{type(error).__name__}: {error}"
     return f"The recogniser failed ({fault}): the recording is kept without its track."
-
-
-def _finite(value: float) -> float | None:
-    """JSON has no NaN."""
-    return value if math.isfinite(value) else None

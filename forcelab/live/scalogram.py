@@ -113,8 +113,7 @@ class LiveScalogram:
     def begin(self) -> None:
         """Follow from the oldest samples on that are still to be seen, so that it is full soon."""
         latest = self._recorder.latest(self._seconds + self._beyond / self._rate)
-        none = np.empty(0)
-        self._following.skip([(latest[i][0], none, none) for i in self._chosen])
+        self._following.start([latest[i][0] for i in self._chosen])
 
     def read(self) -> tuple[Real, Real]:
         """Read the new samples from the recorder, for :meth:`take`."""
