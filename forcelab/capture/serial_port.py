@@ -235,15 +235,15 @@ class LineDevice(PortDevice):
     def __init__(self, path: str, baud: int, ports: Ports) -> None:
         super().__init__(path, baud)
         self._ports = ports
-        self._known = FoundPort(path, "unknown", "", None, None, usable=True)
+        self._known: FoundPort | None = None  # of a USB device
 
     def open(self) -> None:
         real = os.path.realpath(self._path)
         same = (port for port in self._ports() if os.path.realpath(port.path) == real)
-        self._known = next(same, FoundPort(self._path, "unknown", "", None, None, usable=True))
+        self._known = next((port for port in same if port.usb), None)
         super().open()
 
     def _candidate_ports(self) -> Sequence[str]:
         """Wherever its USB serial number is now; else where it was."""
-        path = relocate_port(self._known, self._ports()) if self._known.usb else self._path
+        path = relocate_port(self._known, self._ports()) if self._known else self._path
         return () if path is None else (path,)
