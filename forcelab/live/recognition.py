@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.device import Device
 from forcelab.capture.recorder import Recorder
 from forcelab.capture.save import SavedRecording
 from forcelab.capture.stream_merger import StreamMerger
@@ -257,13 +256,11 @@ class LiveRecognition:
         name: str,
         latency: float,
         recorder: Recorder,
-        devices: Sequence[Device],
         outlet: LabelOutlet | None = None,
     ) -> None:
-        self._outlet = outlet
         self.author, self.latency, self.recogniser = model_author(name), latency, recogniser
-        self._name, self._recorder, self._devices = name, recorder, devices
-        self._following = StreamMerger(devices, recorder.since)
+        self._name, self._recorder, self._outlet = name, recorder, outlet
+        self._following = StreamMerger(recorder.devices, recorder.since)
         rate = self._following.rate if self._following.rate > 0 else None
         self._online = OnlineRecogniser(recogniser, latency, self._following.channels, rate)
         self.remarks = recogniser.unit_remarks(self._following.channels)
@@ -282,12 +279,7 @@ class LiveRecognition:
     def renewed(self) -> LiveRecognition:
         """A new one of the same recogniser, in its initial state."""
         return LiveRecognition(
-            self.recogniser,
-            self._name,
-            self.latency,
-            self._recorder,
-            self._devices,
-            self._outlet,
+            self.recogniser, self._name, self.latency, self._recorder, self._outlet
         )
 
     def begin(

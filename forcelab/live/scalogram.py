@@ -75,7 +75,6 @@ class LiveScalogram:
     def __init__(
         self,
         recorder: Recorder,
-        devices: Sequence[Device],
         channel: str,
         seconds: float,
         columns: int,
@@ -84,6 +83,7 @@ class LiveScalogram:
     ) -> None:
         self.image: RollingImage | None = None
         self._recorder, self._channel = recorder, channel
+        devices = recorder.devices
         chosen, self._recorded = _channel_source(devices, channel)
         self._chosen = chosen
         used = [devices[i] for i in chosen]

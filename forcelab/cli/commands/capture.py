@@ -319,7 +319,7 @@ def _record(arguments: argparse.Namespace, devices: Sequence[Device]) -> int:
             latency = LATENCY if arguments.latency is None else arguments.latency
             name, stream = arguments.recogniser.stem, arguments.lsl_out
             outlet = LabelOutlet(stream, recogniser.actions) if stream else None
-            live = LiveRecognition(recogniser, name, latency, recorder, devices, outlet)
+            live = LiveRecognition(recogniser, name, latency, recorder, outlet)
         _ready(arguments.project)
         for sentence in _warnings(devices, live):
             print_remark(sentence)
