@@ -34,7 +34,7 @@ from forcelab.labels import Track
 
 @dataclass(eq=False)
 class DeviceLog:
-    """The recorded samples and breaks of one device."""
+    """The recorded samples, breaks and markers of one device."""
 
     samples: SampleBuffer
     #: Samples before which it was plugged in again.
@@ -43,26 +43,19 @@ class DeviceLog:
     away: list[tuple[float, float]] = field(default_factory=list)
     #: Whether it was unplugged when the recording ended.
     gone: bool = False
+    #: Times (s, host's clock) and texts of markers.
+    markers: list[tuple[float, str]] = field(default_factory=list)
     _since: float | None = None
 
-    def event(self, record: object, at: float) -> None:
+    def event(self, what: object, at: float) -> None:
         """Note that it was unplugged or plugged in again, or that the recording ended."""
-        if record == UNPLUGGED and self._since is None:
+        if what == UNPLUGGED and self._since is None:
             self._since = at
-        elif record == PLUGGED:
+        elif what == PLUGGED:
             self.breaks.append(len(self.samples))
-            if self._since is not None:
-                self.away.append((self._since, at))
-            self._since = None
-        elif record == ENDED and self._since is not None:
+        if what in (PLUGGED, ENDED) and self._since is not None:
             self.away.append((self._since, at))
-            self._since, self.gone = None, True
-
-    def end(self) -> None:
-        """Note that there are no more records: what is away stays away."""
-        if self._since is not None:
-            self.away.append((self._since, np.inf))
-            self._since, self.gone = None, True
+            self._since, self.gone = None, what == ENDED
 
 
 @dataclass(eq=False)
@@ -73,8 +66,6 @@ class JournalIndex:
     frames: list[NDArray[np.float64]]
     #: Keys of actions that went down or up.
     marks: list[dict[str, Any]]
-    #: Of each device, the times (s, host's clock) and texts of markers.
-    markers: list[list[tuple[float, str]]]
 
 
 def index_records(records: Iterable[Record], columns: Sequence[int], cameras: int) -> JournalIndex:
@@ -82,7 +73,6 @@ def index_records(records: Iterable[Record], columns: Sequence[int], cameras: in
     devices = [DeviceLog(SampleBuffer(number)) for number in columns]
     rows: list[list[float]] = [[] for _ in range(cameras)]
     marks: list[dict[str, Any]] = []
-    markers: list[list[tuple[float, str]]] = [[] for _ in columns]
     for record in records:
         if record.kind == RecordKind.BLOCK and record.device < len(devices):
             devices[record.device].samples.add(record.payload)
@@ -94,14 +84,14 @@ def index_records(records: Iterable[Record], columns: Sequence[int], cameras: in
             if "marker" not in mark:
                 marks.append(mark)
             elif record.device < len(devices):
-                markers[record.device].append((float(mark["at"]), str(mark["marker"])))
+                marker = float(mark["at"]), str(mark["marker"])
+                devices[record.device].markers.append(marker)
         elif record.kind == RecordKind.FRAME and record.device < cameras:
             for stamps in decode_json(record)["frames"]:
                 rows[record.device] += [np.nan if x is None else float(x) for x in stamps]
     for device in devices:
-        device.end()
-    frames = [np.array(row).reshape(-1, 3) for row in rows]
-    return JournalIndex(devices, frames, marks, markers)
+        device.event(ENDED, np.inf)  # what is away stays away
+    return JournalIndex(devices, [np.array(row).reshape(-1, 3) for row in rows], marks)
 
 
 #: Share of a period by which arrivals of a device without a counter may be off before they are
@@ -202,9 +192,9 @@ def assemble(contents: JournalReader, folder: Path) -> AssembledRecording:
     )
     marked = marks_track(index.marks, start, demonstration.end, author)
     tracks = [] if marked is None else [marked]
-    for device, markers in zip(devices, index.markers, strict=True):
-        if markers:
-            found, sentences = _marker_tracks(device.name, markers, start, demonstration)
+    for device, log in zip(devices, index.devices, strict=True):
+        if log.markers:
+            found, sentences = _marker_tracks(device.name, log.markers, start, demonstration)
             tracks += found
             remarks += sentences
     return AssembledRecording(
@@ -288,7 +278,9 @@ def _assemble_videos(
         if len(frames) and file.is_file():
             # Of two cameras of one model the second has no name of its own.
             own = "" if name in [video.name for video in videos] else name
-            videos.append(VideoReference(file, _video_clock(frames, start), own))
+            # The video's own stamps are made of the arrivals.
+            clock = ClockMap(float(np.median(frames[:, 0] - start - frames[:, 2])))
+            videos.append(VideoReference(file, clock, own))
         elif not len(frames):
             remarks.append(f"{name} gave no picture.")
         remarks += away_remarks(name, frames[:, 0])
@@ -382,8 +374,3 @@ def loss_remark(
             "the recording is shorter by that" if leads else "its channels are empty from then on"
         )
     return f"{' and '.join(sentences)}; {' and '.join(results)}." if sentences else ""
-
-
-def _video_clock(frames: NDArray[np.float64], start: float) -> ClockMap:
-    """From the video's own stamps, which are made of the arrivals, to force time."""
-    return ClockMap(float(np.median(frames[:, 0] - start - frames[:, 2])))

@@ -346,11 +346,9 @@ class CameraReader:
 
     def _encode(self, picture: NDArray[np.uint8]) -> bytes:
         """A picture as JPEG, in the size that the video has."""
-        size = self._size
-        if size is not None and picture.shape[:2] != size:  # it came back with another one
+        size = self._size = self._size or (picture.shape[0], picture.shape[1])
+        if picture.shape[:2] != size:  # it came back with another one
             picture = opencv().resize(picture, size[::-1])
-        if size is None:
-            self._size = (picture.shape[0], picture.shape[1])
         return encode_jpeg(picture)
 
     def _write(self, jpeg: bytes, arrived: float, stamp: float) -> None:
