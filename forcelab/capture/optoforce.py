@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -76,17 +76,17 @@ def serial_command() -> bytes:
 
 
 class PacketStream:
-    """Turns the bytes of one DAQ into blocks of samples, of counts where it has no calibration.
+    """Turns the bytes of one DAQ into blocks of samples, whose values are counts.
 
     The first few samples are withheld until the usual step of the counter is known; they come with
     the first block then. A sample that came twice is dropped.
     """
 
-    def __init__(self, rate: float, calibration: Calibration | None = None) -> None:
-        self.rate, self.calibration = rate, calibration
+    def __init__(self, rate: float) -> None:
         self.parser = Parser()
+        self._rate = rate
         self._unwrapper: Unwrapper | None = None
-        self._step: int | None = None
+        self._learning = True  # what the step is
         self._withheld: list[tuple[Packets, NDArray[np.float64]]] = []
         self._arrived = 0.0  # the last bytes
 
@@ -97,68 +97,46 @@ class PacketStream:
 
     def feed(self, data: bytes, arrived: float) -> Block | None:
         """The samples that are complete with these bytes, read at `arrived` (s); None without."""
-        packets, self._arrived = self.parser.feed(data), arrived
-        if not len(packets):
-            return None
-        self._withheld.append((packets, np.full(len(packets), arrived)))
-        if self._step is None:
-            counts = np.concatenate([packets.counts for packets, _ in self._withheld])
-            step, share = modal_step(counts)
-            if len(counts) <= (_LEARN if share >= _SHARE else _LEARN_ANYHOW):
-                return None
-            self._set_step(step)
-        return self._release()
+        self._arrived = arrived
+        return self._take(self.parser.feed(data))
 
     def flush(self) -> Block | None:
         """What is still withheld or unfinished, as nothing follows; None if there is nothing."""
-        packets = self.parser.finish()
-        if len(packets):
-            self._withheld.append((packets, np.full(len(packets), self._arrived)))
-        if not self._withheld:
-            return None
-        if self._step is None:
-            self._set_step(modal_step(np.concatenate([p.counts for p, _ in self._withheld]))[0])
-        return self._release()
+        return self._take(self.parser.finish(), final=True)
 
     def restart(self, parser: Parser) -> None:
         """Go on with another parser, and learn the step anew: the DAQ was plugged in again.
 
         Ticks go on: the host's clock decides how many samples are missing in between.
         """
-        self.parser, self._step, self._withheld = parser, None, []
+        self.parser, self._learning, self._withheld = parser, True, []
 
-    def _set_step(self, step: int) -> None:
-        self._step = step
-        if self._unwrapper is None:
-            self._unwrapper = Unwrapper(step, self.rate)
-        else:
-            self._unwrapper.resume(step, self.rate)
-
-    def _release(self) -> Block | None:
-        """The withheld packets as a block."""
-        pieces, self._withheld = self._withheld, []
+    def _take(self, packets: Packets, *, final: bool = False) -> Block | None:
+        """These packets and those that are withheld as a block, once the step is known."""
+        if len(packets):
+            self._withheld.append((packets, np.full(len(packets), self._arrived)))
+        if not self._withheld:
+            return None
+        counters = np.concatenate([packets.counts for packets, _ in self._withheld])
+        if self._learning:
+            step, share = modal_step(counters)
+            if not final and len(counters) <= (_LEARN if share >= _SHARE else _LEARN_ANYHOW):
+                return None
+            self._learning = False
+            if self._unwrapper is None:
+                self._unwrapper = Unwrapper(step, self._rate)
+            else:
+                self._unwrapper.resume(step, self._rate)
         assert self._unwrapper is not None
+        pieces, self._withheld = self._withheld, []
         arrived = np.concatenate([arrived for _, arrived in pieces])
-        unwrapped = self._unwrapper.feed(np.concatenate([p.counts for p, _ in pieces]), arrived)
+        unwrapped = self._unwrapper.feed(counters, arrived)
         valid = unwrapped.is_new
         if not valid.any():
             return None
-        counts = np.concatenate([p.values for p, _ in pieces])[valid]
-        status = np.concatenate([p.status for p, _ in pieces])[valid]
-        calibrated = self.calibration.apply(counts) if self.calibration else counts.astype(float)
-        return Block(arrived[valid], unwrapped.ticks, calibrated, status)
-
-
-@dataclass(frozen=True)
-class Tare(Calibration):
-    """The calibration of a DAQ that has forgotten its zero, at which it reads `offset` counts."""
-
-    offset: NDArray[np.float64]
-
-    def apply(self, counts: NDArray[np.int16]) -> NDArray[np.float64]:
-        """Carry counts, shape (n, c), to the unit of the channels, from the zero on."""
-        net = counts - self.offset
-        return net * np.where(net < 0, self.negative, self.positive)
+        values = np.concatenate([packets.values for packets, _ in pieces])[valid]
+        status = np.concatenate([packets.status for packets, _ in pieces])[valid]
+        return Block(arrived[valid], unwrapped.ticks, values.astype(np.float64), status)
 
 
 def sends_raw_counts(device: Device | DeviceState) -> bool:
@@ -237,7 +215,7 @@ class OptoForce(PortDevice):
             self._port.close()
             withheld = self._stream.flush()
             if withheld is not None:
-                return withheld  # the next call says that it is gone
+                return self._calibrated(withheld)  # the next call says that it is gone
             raise
         if not data:
             self._report_silence()
@@ -264,13 +242,12 @@ class OptoForce(PortDevice):
         self._last_arrival = arrived
         if block.status is not None:
             self._report_status(block.status[block.status != 0], arrived)
-        return block
+        return self._calibrated(block)
 
     def zero(self) -> None:
         """Take the present readings for zero; samples that come meanwhile are dropped."""
         self._offset = None
         self._configure_zero(0)
-        self._stream.calibration = None
         readings: list[NDArray[np.float64]] = []
         until = time.monotonic() + ANSWER_SECONDS
         needed = max(1, round(ZEROING_SECONDS * self.rate))
@@ -281,7 +258,6 @@ class OptoForce(PortDevice):
         self._configure_zero(255)
         if readings:
             self._offset, self._zeroed = np.concatenate(readings).mean(axis=0), self.connections
-        self._calibrate()
 
     def _display_name(self) -> str:
         return f"OptoForce DAQ {self.serial}" if self.serial else f"The DAQ at {self._path}"
@@ -290,11 +266,6 @@ class OptoForce(PortDevice):
         """Where it was, and wherever a DAQ may be if its serial number is known."""
         others = [path for path in self._ports() if path != self._path] if self.serial else []
         return (self._path, *others)
-
-    def _connect(self, path: str) -> None:
-        """Connect, and let the stream give what this connection's zero makes of it."""
-        super()._connect(path)
-        self._calibrate()
 
     def _configure(self) -> None:
         """Learn which DAQ this is, and configure it if it is the right one."""
@@ -325,14 +296,14 @@ class OptoForce(PortDevice):
             why = "did not confirm" if code is None else f"refused (code {code})"
             self._messages.put(f"{name} {why} its configuration.")
 
-    def _calibrate(self) -> None:
-        """Let the stream give what the channels promise."""
-        calibration = self._calibration
-        if self._offset is not None and self._zeroed != self.connections:
-            ones = np.ones(len(self._offset))
-            sheet = calibration or Calibration("counts", ones, ones)
-            calibration = Tare(sheet.source, sheet.positive, sheet.negative, self._offset)
-        self._stream.calibration = calibration
+    def _calibrated(self, block: Block) -> Block:
+        """A block of counts in the unit of the channels, from the zero on."""
+        values = block.values
+        if self._offset is not None and self._zeroed != self.connections:  # it has forgotten that
+            values = values - self._offset
+        if self._calibration is not None:
+            values = self._calibration.apply(values)
+        return replace(block, values=values)
 
     def _ask(
         self, parser: Parser, message: bytes, is_answer: Callable[[Reply], bool]
