@@ -168,10 +168,10 @@ def assemble(contents: JournalReader, folder: Path) -> AssembledRecording:
     stamps: dict[str, NDArray[Any]] = {"devices": np.array(names, dtype=np.str_)}
     streams, precision = [], 0.0
     for i, (device, log) in enumerate(zip(devices, index.devices, strict=True)):
-        stream, device_precision, kept = _time_samples(device, log, begun)
+        stream, device_precision, raw = _time_samples(device, log, begun)
         streams.append(stream)
         precision = max(precision, device_precision)
-        stamps |= {f"{key}_{i}": values for key, values in kept.items()}
+        stamps |= {f"{key}_{i}": values for key, values in raw.items()}
     aligned = align(streams, names)
     for i, (device, stream) in enumerate(zip(devices, streams, strict=True)):
         if device.channels:
@@ -213,9 +213,9 @@ def _time_samples(
 ) -> tuple[DeviceStream, float, dict[str, NDArray[Any]]]:
     """A device's samples on the host's clock, to how many seconds, and its raw stamps."""
     block, precision = log.samples.block(), 0.0
-    kept: dict[str, NDArray[Any]] = {"arrived": block.arrived}
+    raw: dict[str, NDArray[Any]] = {"arrived": block.arrived}
     if block.ticks is not None and len(block):
-        kept["ticks"] = block.ticks
+        raw["ticks"] = block.ticks
     host, breaks = block.arrived, np.array(log.breaks, dtype=np.int64)
     if device.holds:
         fitted = None
@@ -224,7 +224,7 @@ def _time_samples(
     else:
         fitted = _fit_device(block, breaks, device.counted, device.rate)
     if fitted is not None:
-        kept["clock"] = np.array([fitted.offset, fitted.rate, fitted.residual])
+        raw["clock"] = np.array([fitted.offset, fitted.rate, fitted.residual])
         host, precision = fitted.host, fitted.residual
     elif len(host) and not (device.holds or device.stamped):
         host, precision = spread_deliveries(host, breaks)
@@ -237,15 +237,15 @@ def _time_samples(
     stream = DeviceStream(
         host,
         block.values,
-        device.holds,
-        fitted is not None,
-        tuple(log.away),
-        before,
-        int(missing.sum()),
-        int(np.count_nonzero(missing)),
-        log.gone,
+        holds=device.holds,
+        even=fitted is not None,
+        away=tuple(log.away),
+        before=before,
+        lost=int(missing.sum()),
+        gaps=int(np.count_nonzero(missing)),
+        gone=log.gone,
     )
-    return stream, precision, kept
+    return stream, precision, raw
 
 
 def _marker_tracks(

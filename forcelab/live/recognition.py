@@ -165,16 +165,16 @@ class SnapshotBuffer:
         self._latest = tuple(labels.probabilities[-1].tolist())
         self._add(np.floor(times[recent] * RATE).astype(np.int64), labels.probabilities[recent])
 
-    def end(self, growing: SegmentBuilder) -> None:
+    def end(self, builder: SegmentBuilder) -> None:
         """End the open segment: another recogniser goes on."""
-        self._segments.extend(segment.segment for segment in growing.present)
+        self._segments.extend(segment.segment for segment in builder.present)
         self._latest = ()
 
-    def snapshot(self, growing: SegmentBuilder, cost: float) -> LiveSnapshot:
+    def snapshot(self, builder: SegmentBuilder, cost: float) -> LiveSnapshot:
         """The snapshot of now."""
-        segments = (*self._segments, *(segment.segment for segment in growing.present))
+        segments = (*self._segments, *(segment.segment for segment in builder.present))
         return LiveSnapshot(
-            segments, self._certainty(), growing.until, growing.action, self._latest, cost
+            segments, self._certainty(), builder.until, builder.action, self._latest, cost
         )
 
     def _add(self, bins: NDArray[np.int64], probabilities: NDArray[np.float64]) -> None:
@@ -260,10 +260,10 @@ class LiveRecognition:
     ) -> None:
         self.author, self.latency, self.recogniser = model_author(name), latency, recogniser
         self._name, self._recorder, self._outlet = name, recorder, outlet
-        self._following = StreamMerger(recorder.devices, recorder.since)
-        rate = self._following.rate if self._following.rate > 0 else None
-        self._online = OnlineRecogniser(recogniser, latency, self._following.channels, rate)
-        self.remarks = recogniser.unit_remarks(self._following.channels)
+        self._merger = StreamMerger(recorder.devices, recorder.since)
+        rate = self._merger.rate if self._merger.rate > 0 else None
+        self._online = OnlineRecogniser(recogniser, latency, self._merger.channels, rate)
+        self.remarks = recogniser.unit_remarks(self._merger.channels)
         if rate is not None:
             self.remarks += recogniser.rate_remarks(rate, "The samples come", "they have")
         self._segments = SegmentBuilder(self._online)
@@ -302,22 +302,20 @@ class LiveRecognition:
             self.snapshot = self._recent.snapshot(self._segments, 0.0)
         self._keeping = keeping
         if firsts is None:
-            self._following.skip(self._recorder.latest(0.0))
+            self._merger.skip(self._recorder.latest(0.0))
             self._begun = time.monotonic()
         else:
-            self._following.start(firsts)
+            self._merger.start(firsts)
             self._begun = self._recorder.begun
 
     @property
     def now(self) -> str:
         """The action of the latest label and its probability; empty while there is none."""
-        growing = self._segments
-        if math.isnan(growing.until):
+        action, probability = self._segments.action, self._segments.probability
+        if math.isnan(self._segments.until):
             return ""
-        if not growing.action:
-            return "-"
-        probability = growing.probability
-        return growing.action if math.isnan(probability) else f"{growing.action} {probability:.2f}"
+        sure = "" if math.isnan(probability) else f" {probability:.2f}"
+        return f"{action}{sure}" if action else "-"
 
     @property
     def begun(self) -> float:
@@ -334,7 +332,7 @@ class LiveRecognition:
         if self.finished:
             return []
         worked = time.thread_time()
-        times, values = self._following.read()
+        times, values = self._merger.read()
         labels = self._online.push(times, values)
         closed = self._take(labels)
         if self._keeping:
@@ -353,7 +351,7 @@ class LiveRecognition:
         if self.finished:
             return []
         worked = time.thread_time()
-        closed = self._take(self._online.push(*self._following.read(self._recorder.ends)))
+        closed = self._take(self._online.push(*self._merger.read(self._recorder.ends)))
         closed += self._take(self._online.finish())
         self._recent.end(self._segments)
         closed += self._segments.finish()
