@@ -9,7 +9,6 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
     QDialog,
-    QDialogButtonBox,
     QFormLayout,
     QVBoxLayout,
     QWidget,
@@ -20,7 +19,13 @@ from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.file_dialogs import ask_folder
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.layout import ProgressBar, copyable, fill_layout, set_enabled_with_reason
+from forcelab.gui.layout import (
+    ProgressBar,
+    add_buttons,
+    copyable,
+    fill_layout,
+    set_enabled_with_reason,
+)
 from forcelab.gui.text import name_fields
 from forcelab.gui.widgets import ElidedComboBox
 from forcelab.review.run_result import latest_predictions
@@ -67,13 +72,8 @@ class ExportDialog(QDialog):
         form.addRow("Labels by", self.author)
         form.addRow("Format", self.form)
         form.addRow("", self.replacing)
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        self.go = buttons.addButton("Export to folder…", QDialogButtonBox.ButtonRole.ActionRole)
-        self.go.clicked.connect(self._choose)
-        buttons.rejected.connect(self.reject)
-        fill_layout(QVBoxLayout(self), form, self._bar, self._report_label, 1, buttons)
-        # Only now: a button that is in no dialog yet cannot be its default.
-        self.go.setDefault(True)
+        fill_layout(QVBoxLayout(self), form, self._bar, self._report_label, 1)
+        self.go, _ = add_buttons(self, "Export to folder…", self._choose)
         self._match()
 
     def _author_choice(self) -> ElidedComboBox:

@@ -20,7 +20,6 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
     QDialog,
-    QDialogButtonBox,
     QDoubleSpinBox,
     QFormLayout,
     QHBoxLayout,
@@ -60,6 +59,7 @@ from forcelab.gui.jobs import Jobs
 from forcelab.gui.key_events import ignore_wheel
 from forcelab.gui.layout import (
     ProgressBar,
+    add_buttons,
     copyable,
     fill_layout,
     push_button,
@@ -593,9 +593,8 @@ class ImportDialog(FileDrop, QDialog):
         column = fill_layout(
             QVBoxLayout(self), self._heading(), (self._files, 1), (self.columns, 3), self._form()
         )
-        fill_layout(column, self._taskless, running, (self._result(), 3), self._button_row())
-        # Only now: a button that is in no dialog yet cannot be its default.
-        self._go.setDefault(True)
+        fill_layout(column, self._taskless, running, (self._result(), 3))
+        self._go, self._close = add_buttons(self, "Import", self._import)
         self._warn()
         self._propose_project(files)
         self.add_files(files)
@@ -712,13 +711,6 @@ class ImportDialog(FileDrop, QDialog):
         self._report.setWidget(page)
         self._report.setVisible(False)
         return self._report
-
-    def _button_row(self) -> QDialogButtonBox:
-        self._buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        self._go = self._buttons.addButton("Import", QDialogButtonBox.ButtonRole.ActionRole)
-        self._go.clicked.connect(self._import)
-        self._buttons.rejected.connect(self.reject)
-        return self._buttons
 
     def add_files(self, files: Sequence[Path]) -> None:
         listed = set(self._chosen())
@@ -875,8 +867,7 @@ class ImportDialog(FileDrop, QDialog):
         if unread:
             self._select(unread)
             return
-        close = self._buttons.button(QDialogButtonBox.StandardButton.Close)
-        (self._go if remaining else close).setFocus()
+        (self._go if remaining else self._close).setFocus()
 
     def _failed(self, error: Exception) -> None:
         """Report why nothing was imported; select the files concerned."""

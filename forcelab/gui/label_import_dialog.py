@@ -12,7 +12,6 @@ from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import (
     QCheckBox,
     QDialog,
-    QDialogButtonBox,
     QFormLayout,
     QHBoxLayout,
     QLabel,
@@ -34,6 +33,7 @@ from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import (
     ProgressBar,
+    add_buttons,
     copyable,
     fill_layout,
     push_button,
@@ -94,14 +94,9 @@ class LabelImportDialog(FileDrop, QDialog):
         self._sentences = QScrollArea(widgetResizable=True)
         self._sentences.setWidget(self._text)
         self._sentences.setFixedHeight(LINES * self.fontMetrics().lineSpacing() + 8)
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        self.go = buttons.addButton("Import", QDialogButtonBox.ButtonRole.ActionRole)
-        self.go.clicked.connect(self._import)
-        buttons.rejected.connect(self.reject)
         column = fill_layout(QVBoxLayout(self), self._heading(), (self.table, 1), self._form())
-        fill_layout(column, self._bar, self._sentences, buttons)
-        # Only now: a button that is in no dialog yet cannot be its default.
-        self.go.setDefault(True)
+        fill_layout(column, self._bar, self._sentences)
+        self.go, _ = add_buttons(self, "Import", self._import)
         self._show(LabelReport(), _PLANNED)
 
     def _heading(self) -> QHBoxLayout:
