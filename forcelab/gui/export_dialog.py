@@ -3,16 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QComboBox,
-    QDialog,
-    QFormLayout,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QCheckBox, QComboBox, QDialog, QFormLayout, QVBoxLayout, QWidget
 
 from forcelab.formats.export import FORMATS, exporting
 from forcelab.gui import settings
@@ -66,7 +60,6 @@ class ExportDialog(QDialog):
         self._report_label = copyable()
         for choice in (self.which, self.author, self.form):  # what was said is of another export
             choice.currentIndexChanged.connect(self._report_label.clear)
-        self._bare = ""  # how many of those chosen have nothing to write
         form = QFormLayout()
         form.addRow("Labels of", self.which)
         form.addRow("Labels by", self.author)
@@ -98,13 +91,13 @@ class ExportDialog(QDialog):
         self._bar.setVisible(True)
         self._report_label.clear()
         settings.store(FORMAT_KEY, self.form.currentData())
-        chosen = () if self.form.currentData() == "archive" else self.which.currentData() or ()
+        chosen = () if self._archives else self.which.currentData() or ()
         authors = self.author.currentData() if chosen else None
         infos = [info for info in self._document.infos if info.id in chosen]
         bare = sum(not {*info.authors} & {*(authors or info.authors)} for info in infos)
         what = f"{counted(bare, 'demonstration')} {'has' if bare == 1 else 'have'} no labels"
         by = "" if authors is None else f" by {authors[0]}"
-        self._bare = f".\n{what}{by} yet." if bare else ""
+        written = partial(self._written, f".\n{what}{by} yet." if bare else "")
         job = exporting(
             project.path,
             folder,
@@ -115,7 +108,7 @@ class ExportDialog(QDialog):
             authors,
             predictions=latest_predictions,
         )
-        self._jobs.run(job, self._written, self._failed, self._bar.show_progress, key="export")
+        self._jobs.run(job, written, self._failed, self._bar.show_progress, key="export")
 
     def reject(self) -> None:
         """Cancel a running export, and close."""
@@ -131,12 +124,16 @@ class ExportDialog(QDialog):
         for index, name in enumerate(self._author_names):
             addition = " (no predictions)" if index else " and predictions"
             self.author.setItemText(index, f"{name}{addition if predictions else ''}")
-        archive = self.form.currentData() == "archive"
         for choice in (self.which, self.author):
-            set_enabled_with_reason(choice, "An archive holds all labels." if archive else "")
+            why = "An archive holds all labels." if self._archives else ""
+            set_enabled_with_reason(choice, why)
         why = "The dataset is replaced as a whole." if self._into_dataset else ""
         set_enabled_with_reason(self.replacing, why)
         self.go.setText("Write into dataset…" if self._into_dataset else "Export to folder…")
+
+    @property
+    def _archives(self) -> bool:
+        return bool(self.form.currentData() == "archive")
 
     @property
     def _into_dataset(self) -> bool:
@@ -148,9 +145,10 @@ class ExportDialog(QDialog):
         if chosen is not None:
             self.export(chosen)
 
-    def _written(self, files: tuple[Path, ...]) -> None:
+    def _written(self, bare: str, files: tuple[Path, ...]) -> None:
+        """Report the files, and how many of those chosen have nothing to write."""
         more = f" and {len(files) - 1} more" if len(files) > 1 else ""
-        self._report(f"Written: {files[0]}{more}{self._bare}")
+        self._report(f"Written: {files[0]}{more}{bare}")
 
     def _failed(self, error: Exception) -> None:
         # What is chosen in a shell with an option is chosen above.

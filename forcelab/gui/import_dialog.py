@@ -295,7 +295,8 @@ class ImportColumns(QWidget):
         """Make a row for each column, and one above those of a group of arrays."""
         arrays = any(column.size for column in self.uses)
         self.table.setColumnHidden(3, not arrays)
-        unit_missing = [column.name for column in self.uses if self._lacks_unit(column)]
+        signals = (column for column in self.uses if column.use == "signal")
+        unit_missing = [c.name for c in signals if self._preview.table and not c.unit]
         self.table.setColumnHidden(4, not unit_missing)
         self.table.setHorizontalHeaderItem(0, QTableWidgetItem("Array" if arrays else "Column"))
         groups: dict[str, list[ColumnUse]] = {"": []}
@@ -411,10 +412,6 @@ class ImportColumns(QWidget):
             return ""
         stuck = (c for c in found if c.use == "left out" and is_time_name(c.name) and any(c.cells))
         return next((column.name for column in stuck), "")
-
-    def _lacks_unit(self, column: ColumnUse) -> bool:
-        """Whether a column becomes a channel of its name whose unit the file does not state."""
-        return self._preview.table and column.use == "signal" and not column.unit
 
     def _unit_line(self, name: str) -> QLineEdit:
         line = QLineEdit(self._units.get(name, ""), placeholderText="none", maxLength=20)
@@ -556,7 +553,6 @@ class ImportDialog(FileDrop, QDialog):
         )
         fill_layout(column, self._taskless, running, (self._result(), 3))
         self._go, self._close = add_buttons(self, "Import", self._import)
-        self._warn()
         self._propose_project(files)
         self.add_files(files)
         # Enter asks for files, and imports once they are there.
@@ -763,7 +759,7 @@ class ImportDialog(FileDrop, QDialog):
         options = ReadOptions(
             episodes=episodes,
             task=settle_name(self, self._task.currentText(), tasks) or None,
-            author=self._author.settle() or ReadOptions().author,
+            author=self._author.settle(),
             rate=self._rate.value() or None,
             jitter=self.jitter.value() / 1000,
             calibration=Path(calibration) if calibration else None,

@@ -9,7 +9,7 @@ import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QByteArray, QPoint, QPointF, QSignalBlocker, QSize, Qt
-from PySide6.QtGui import QCloseEvent, QImage, QMouseEvent
+from PySide6.QtGui import QImage, QMouseEvent
 from PySide6.QtWidgets import (
     QApplication,
     QCheckBox,
@@ -531,10 +531,6 @@ class SynchroniseDialog(QDialog):
         self.preview.close_video()
         super().done(result)
         self.deleteLater()  # with it go its connections to the document
-
-    def closeEvent(self, event: QCloseEvent) -> None:
-        self.reject()
-        super().closeEvent(event)
 
     # The proposal
 
