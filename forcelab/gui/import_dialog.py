@@ -70,6 +70,7 @@ from forcelab.gui.layout import (
 )
 from forcelab.gui.text import name_fields, settle_name
 from forcelab.gui.theme import colours
+from forcelab.gui.widgets import show_text
 from forcelab.jobs import Progress
 from forcelab.signals.channels import find_force_axes
 from forcelab.text import counted, listed, tidy_name
@@ -351,9 +352,7 @@ class ImportColumns(QWidget):
         self.heading.setText(trouble or self._file_sentence())
         wrong = trouble or not self._timed or not self._has_signals
         self.heading.setStyleSheet(f"color: {colours().warning}" if wrong else "")
-        others = self._others_sentence()
-        self.others.setText(others)
-        self.others.setVisible(bool(others))
+        show_text(self.others, self._others_sentence())
 
     def _others_sentence(self) -> str:
         """Which signals are beside the axes of force sensors; "" without such axes."""
@@ -859,6 +858,5 @@ class ImportDialog(FileDrop, QDialog):
         """Show all of the report: what was repaired must be known."""
         parts = (lines, failures, remarks)
         for label, part in zip(self._report_labels, parts, strict=True):
-            label.setText(name_fields("\n".join(part), _FIELDS))
-            label.setVisible(bool(part))
+            show_text(label, name_fields("\n".join(part), _FIELDS))
         self._report.setVisible(any(parts))

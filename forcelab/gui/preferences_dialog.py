@@ -71,6 +71,7 @@ from forcelab.gui.review.training_preferences import (
 from forcelab.gui.setting_editors import Editor, editor_for
 from forcelab.gui.shortcuts import Keys, key_name
 from forcelab.gui.text import contains_words, escape_ampersands
+from forcelab.gui.widgets import show_text
 from forcelab.recognition.plugins import Kind
 from forcelab.text import task_text
 
@@ -157,8 +158,7 @@ class OwnCodeRow(PreferenceRow):
 
     def _check(self) -> None:
         name_own_code()
-        self.trouble.setText(own_code_trouble(self._kind))
-        self.trouble.setVisible(bool(self.trouble.text()))
+        show_text(self.trouble, own_code_trouble(self._kind))
 
 
 class TaskSettingsRow(Row):
@@ -331,10 +331,8 @@ class KeysPage(QWidget):
         chosen = self._current()
         self._table.clear()
         rows: dict[str, list[tuple[str, _KeyOwner]]] = {}
-        if len(self._document.vocabulary):
-            rows["Actions of this task"] = [
-                (name, _KeyOwner(name, is_action=True)) for name in self._document.vocabulary.names
-            ]
+        if names := self._document.vocabulary.names:
+            rows["Actions of this task"] = [(n, _KeyOwner(n, is_action=True)) for n in names]
         for command in self._offered:
             members = rows.setdefault(command.group, [])
             members.append((command.text.rstrip("…"), _KeyOwner(command.id, is_action=False)))
@@ -430,29 +428,25 @@ class KeysPage(QWidget):
             self._set(row, bound)
 
     def _set(self, row: _KeyOwner, bound: Sequence[str]) -> None:
-        """Give a row other keys, or say why not."""
-        try:
-            if row.is_action:
-                vocabulary, key = self._document.vocabulary, bound[0] if bound else ""
-                self._document.set_vocabulary(vocabulary.rebound(row.name, key))
-            else:
-                self._keys.set_keys(row.name, bound, self._document.vocabulary)
-        except InputError as error:
-            self._refuse(error)
-
-    def _refuse(self, error: InputError) -> None:
-        """Say why a key is refused, and show the keys that count."""
-        self._show_current()
-        self._trouble.setText(str(error))
+        document, key = self._document, bound[0] if bound else ""
+        if row.is_action:
+            self._attempt(
+                lambda: document.set_vocabulary(document.vocabulary.rebound(row.name, key))
+            )
+        else:
+            self._attempt(lambda: self._keys.set_keys(row.name, bound, document.vocabulary))
 
     def _reset_current(self) -> None:
-        row = self._current()
-        if row is None or row.is_action:
-            return
+        if (row := self._current()) is not None:
+            self._attempt(lambda: self._keys.reset(row.name))
+
+    def _attempt(self, change: Callable[[], object]) -> None:
+        """Change keys, or say why they are refused and show those that count."""
         try:
-            self._keys.reset(row.name)
+            change()
         except InputError as error:
-            self._refuse(error)
+            self._show_current()
+            self._trouble.setText(str(error))
 
 
 class RecentProjectsEditor(QWidget):
@@ -586,15 +580,13 @@ class PreferencesDialog(QDialog):
         ]
 
     def _make_buttons(self) -> QDialogButtonBox:
-        buttons, roles = QDialogButtonBox(), QDialogButtonBox.ButtonRole
-        self._reset = buttons.addButton("Reset this page", roles.ResetRole)
-        self._reset.clicked.connect(self._reset_page)
-        close = buttons.addButton("Close", roles.RejectRole)
-        close.clicked.connect(self.accept)
         # None is the default: Enter leads from the search to a setting, or from a row to its keys.
-        for button in (self._reset, close):
-            button.setAccessibleName(button.text())
-            button.setAutoDefault(False)
+        name = "Reset this page"
+        self._reset = push_button(name, self._reset_page, name, auto_default=False)
+        close = push_button("Close", self.accept, "Close", auto_default=False)
+        buttons, roles = QDialogButtonBox(), QDialogButtonBox.ButtonRole
+        buttons.addButton(self._reset, roles.ResetRole)
+        buttons.addButton(close, roles.RejectRole)
         return buttons
 
     # What happens
