@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -236,17 +236,11 @@ class _KeyOwner:
 
 
 class KeysPage(QWidget):
-    """All keys in one table; each change counts at once.
+    """All keys in one table; each change counts at once."""
 
-    `offered` are the ids of the commands, by default all.
-    """
-
-    def __init__(
-        self, document: Document, keys: Keys, offered: Collection[str] | None = None
-    ) -> None:
+    def __init__(self, document: Document, keys: Keys) -> None:
         super().__init__()
         self._document, self._keys = document, keys
-        self._offered = [c for c in COMMANDS if offered is None or c.id in offered]
         self._query = ""
         self._groups: list[tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = []
         self._table = self._make_table()
@@ -333,7 +327,7 @@ class KeysPage(QWidget):
         rows: dict[str, list[tuple[str, _KeyOwner]]] = {}
         if names := self._document.vocabulary.names:
             rows["Actions of this task"] = [(n, _KeyOwner(n, is_action=True)) for n in names]
-        for command in self._offered:
+        for command in COMMANDS:
             members = rows.setdefault(command.group, [])
             members.append((command.text.rstrip("…"), _KeyOwner(command.id, is_action=False)))
         self._groups = [self._group(heading, members) for heading, members in rows.items()]
@@ -498,9 +492,7 @@ class PreferencesDialog(QDialog):
         opening: ProjectActions,
         keys: Keys,
         parent: QWidget | None = None,
-        offered: Collection[str] | None = None,
     ) -> None:
-        """`offered` are the ids of the commands whose keys can be changed, by default all."""
         super().__init__(parent)
         self.setWindowTitle("Preferences")
         self._document, self._trainer = document, trainer
@@ -508,7 +500,7 @@ class PreferencesDialog(QDialog):
             "Coder": FormPage([self._coder_row()]),
             "Appearance": FormPage([PreferenceRow(THEME), PreferenceRow(TEXT_SIZE)]),
             "Labelling": FormPage([PreferenceRow(p) for p in (SNAPPING, REACTION_TIME, HOLD_TIME)]),
-            "Keys": KeysPage(document, keys, offered),
+            "Keys": KeysPage(document, keys),
             "Training": FormPage(self._training_rows()),
             "Files": FormPage(
                 [
