@@ -53,17 +53,17 @@ class ExportDialog(QDialog):
             all_ = f"The whole project ({len(document.infos)})"
             self.which.addItem(all_, tuple(info.id for info in document.infos))
         self.author = self._author_choice()
-        self.form = _format_choice()
-        self.form.currentIndexChanged.connect(self._match)
+        self.format = _format_choice()
+        self.format.currentIndexChanged.connect(self._match)
         self.replacing = QCheckBox("Overwrite existing files")
         self._bar = ProgressBar("Progress of the export")
         self._report_label = copyable()
-        for choice in (self.which, self.author, self.form):  # what was said is of another export
+        for choice in (self.which, self.author, self.format):  # what was said is of another export
             choice.currentIndexChanged.connect(self._report_label.clear)
         form = QFormLayout()
         form.addRow("Labels of", self.which)
         form.addRow("Labels by", self.author)
-        form.addRow("Format", self.form)
+        form.addRow("Format", self.format)
         form.addRow("", self.replacing)
         fill_layout(QVBoxLayout(self), form, self._bar, self._report_label, 1)
         self.go, _ = add_buttons(self, "Export to folder…", self._choose)
@@ -90,7 +90,7 @@ class ExportDialog(QDialog):
         set_enabled_with_reason(self.go, "Wait until this is written.")
         self._bar.setVisible(True)
         self._report_label.clear()
-        settings.store(FORMAT_KEY, self.form.currentData())
+        settings.store(FORMAT_KEY, self.format.currentData())
         chosen = () if self._archives else self.which.currentData() or ()
         authors = self.author.currentData() if chosen else None
         infos = [info for info in self._document.infos if info.id in chosen]
@@ -101,7 +101,7 @@ class ExportDialog(QDialog):
         job = exporting(
             project.path,
             folder,
-            self.form.currentData(),
+            self.format.currentData(),
             self.which.currentData(),
             self._document.author,
             self.replacing.isChecked(),
@@ -120,7 +120,7 @@ class ExportDialog(QDialog):
 
         What a run predicts is written with all authors, by formats that hold it.
         """
-        predictions = FORMATS[self.form.currentData()].predictions
+        predictions = FORMATS[self.format.currentData()].predictions
         for index, name in enumerate(self._author_names):
             addition = " (no predictions)" if index else " and predictions"
             self.author.setItemText(index, f"{name}{addition if predictions else ''}")
@@ -133,11 +133,11 @@ class ExportDialog(QDialog):
 
     @property
     def _archives(self) -> bool:
-        return bool(self.form.currentData() == "archive")
+        return bool(self.format.currentData() == "archive")
 
     @property
     def _into_dataset(self) -> bool:
-        return FORMATS[self.form.currentData()].per == "dataset"
+        return FORMATS[self.format.currentData()].per == "dataset"
 
     def _choose(self) -> None:
         what = "Dataset to write into" if self._into_dataset else "Folder to write into"

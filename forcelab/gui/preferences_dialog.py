@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -33,7 +32,7 @@ from PySide6.QtWidgets import (
 from forcelab.errors import InputError
 from forcelab.gui import settings
 from forcelab.gui.author_choice import AuthorChoice
-from forcelab.gui.commands import COMMANDS
+from forcelab.gui.commands import COMMANDS, Command
 from forcelab.gui.document import Document
 from forcelab.gui.layout import (
     PageOrPlaceholder,
@@ -225,14 +224,8 @@ class FormPage(QWidget):
 
 
 _ROW = Qt.ItemDataRole.UserRole
-
-
-@dataclass(frozen=True, slots=True)
-class _KeyOwner:
-    """What has the keys of a row: a command, by its id, or an action, by its name."""
-
-    name: str
-    is_action: bool
+#: What a row has the keys of: a command, or an action of the task by its name.
+_KeyOwner = Command | str
 
 
 class KeysPage(QWidget):
@@ -324,21 +317,20 @@ class KeysPage(QWidget):
         """List the task's actions and all commands."""
         chosen = self._current()
         self._table.clear()
-        rows: dict[str, list[tuple[str, _KeyOwner]]] = {}
+        groups: dict[str, list[_KeyOwner]] = {}
         if names := self._document.vocabulary.names:
-            rows["Actions of this task"] = [(n, _KeyOwner(n, is_action=True)) for n in names]
+            groups["Actions of this task"] = [*names]
         for command in COMMANDS:
-            members = rows.setdefault(command.group, [])
-            members.append((command.text.rstrip("…"), _KeyOwner(command.id, is_action=False)))
-        self._groups = [self._group(heading, members) for heading, members in rows.items()]
+            groups.setdefault(command.group, []).append(command)
+        self._groups = [self._add_group(heading, rows) for heading, rows in groups.items()]
         current = [item for item in self._items() if item.data(0, _ROW) == chosen]
         self._table.setCurrentItem((current or self._items())[0])
         self._table.expandAll()
         self._show_keys()
         self.show_matching(self._query)
 
-    def _group(
-        self, heading: str, members: Sequence[tuple[str, _KeyOwner]]
+    def _add_group(
+        self, heading: str, rows: Sequence[_KeyOwner]
     ) -> tuple[QTreeWidgetItem, list[QTreeWidgetItem]]:
         """Add a heading and its rows."""
         top = QTreeWidgetItem(self._table, [heading])
@@ -349,7 +341,8 @@ class KeysPage(QWidget):
         room = QSize(0, round(self.fontMetrics().lineSpacing() * 1.5))
         top.setSizeHint(0, room)
         items = []
-        for text, row in members:
+        for row in rows:
+            text = row if isinstance(row, str) else row.text.rstrip("…")
             item = QTreeWidgetItem(top, [text])
             item.setData(0, _ROW, row)
             item.setSizeHint(0, room)
@@ -367,11 +360,14 @@ class KeysPage(QWidget):
         return row if isinstance(row, _KeyOwner) else None
 
     def _keys_of(self, row: _KeyOwner) -> tuple[str, ...]:
-        if row.is_action:
-            vocabulary = self._document.vocabulary
-            key = vocabulary[row.name].key if row.name in vocabulary else ""
-            return (key,) if key else ()
-        return self._keys[row.name]
+        if isinstance(row, Command):
+            return self._keys[row.id]
+        vocabulary = self._document.vocabulary
+        key = vocabulary[row].key if row in vocabulary else ""
+        return (key,) if key else ()
+
+    def _changed_by_coder(self, row: _KeyOwner | None) -> bool:
+        return isinstance(row, Command) and self._keys.changed_by_coder(row.id)
 
     def _show_keys(self) -> None:
         """Show all keys; those that differ from the default in bold."""
@@ -379,7 +375,7 @@ class KeysPage(QWidget):
             row = item.data(0, _ROW)
             item.setText(1, ", ".join(key_name(key) for key in self._keys_of(row)))
             font = item.font(1)
-            font.setBold(not row.is_action and self._keys.changed_by_coder(row.name))
+            font.setBold(self._changed_by_coder(row))
             item.setFont(1, font)
         self._show_current()
 
@@ -394,10 +390,10 @@ class KeysPage(QWidget):
         for edit, remove, key in zip(self._edits, self._removers, bound, strict=True):
             edit.setKeySequence(QKeySequence(key, QKeySequence.SequenceFormat.PortableText))
             set_enabled_with_reason(remove, "" if key else "There is no key to be removed.")
-        command = row is None or not row.is_action  # an action has one key, and no default
+        command = not isinstance(row, str)  # an action has one key, and no default
         self._form.setRowVisible(1, command)
         self._reset.setVisible(command)
-        changed = row is not None and command and self._keys.changed_by_coder(row.name)
+        changed = self._changed_by_coder(row)
         set_enabled_with_reason(self._reset, "" if changed else "These are the default keys.")
 
     def _take(self, place: int) -> None:
@@ -405,7 +401,7 @@ class KeysPage(QWidget):
         row = self._current()
         key = self._edits[place].keySequence().toString(QKeySequence.SequenceFormat.PortableText)
         bound = [] if row is None else list(self._keys_of(row))
-        if row is not None and row.is_action:
+        if isinstance(row, str):
             key = key.lower()
         if row is None or not key or key in bound:
             self._show_current()  # nothing came of a press, as of Ctrl alone
@@ -423,16 +419,14 @@ class KeysPage(QWidget):
 
     def _set(self, row: _KeyOwner, bound: Sequence[str]) -> None:
         document, key = self._document, bound[0] if bound else ""
-        if row.is_action:
-            self._attempt(
-                lambda: document.set_vocabulary(document.vocabulary.rebound(row.name, key))
-            )
+        if isinstance(row, str):
+            self._attempt(lambda: document.set_vocabulary(document.vocabulary.rebound(row, key)))
         else:
-            self._attempt(lambda: self._keys.set_keys(row.name, bound, document.vocabulary))
+            self._attempt(lambda: self._keys.set_keys(row.id, bound, document.vocabulary))
 
     def _reset_current(self) -> None:
-        if (row := self._current()) is not None:
-            self._attempt(lambda: self._keys.reset(row.name))
+        if isinstance(row := self._current(), Command):
+            self._attempt(lambda: self._keys.reset(row.id))
 
     def _attempt(self, change: Callable[[], object]) -> None:
         """Change keys, or say why they are refused and show those that count."""

@@ -17,15 +17,15 @@ from forcelab.text import amount
 
 #: How many things are named one by one.
 NAMED = 3
-_FIRST = "Agree to what goes as well first."
+_CONSENT_MISSING = "Agree to what goes as well first."
 #: How many letters of a note's first line are shown: the other sentences need room.
 LETTERS = 300
 
 
 class Removal(QDialog):
-    """Says what is lost; consent to `others` has to be ticked first, unless it is ``""``."""
+    """Says what is lost; a `consent` has to be ticked first, unless it is ``""``."""
 
-    def __init__(self, title: str, text: str, others: str, parent: QWidget | None = None) -> None:
+    def __init__(self, title: str, text: str, consent: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle(title)
         self.text = QLabel(text)
@@ -33,19 +33,19 @@ class Removal(QDialog):
         self.text.setWordWrap(True)
         self.text.setMinimumWidth(360)
         # Without a parent it would be a window for a moment.
-        self.others = QCheckBox(escape_ampersands(others), self)
-        self.others.setVisible(bool(others))
+        self.consent = QCheckBox(escape_ampersands(consent), self)
+        self.consent.setVisible(bool(consent))
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
         self.remove = buttons.addButton("Remove", QDialogButtonBox.ButtonRole.DestructiveRole)
         self.remove.setAutoDefault(False)
-        set_enabled_with_reason(self.remove, _FIRST if others else "")
+        set_enabled_with_reason(self.remove, _CONSENT_MISSING if consent else "")
         self.remove.clicked.connect(self.accept)
-        self.others.toggled.connect(
-            lambda on: set_enabled_with_reason(self.remove, "" if on else _FIRST)
+        self.consent.toggled.connect(
+            lambda on: set_enabled_with_reason(self.remove, "" if on else _CONSENT_MISSING)
         )
         buttons.rejected.connect(self.reject)
         buttons.button(QDialogButtonBox.StandardButton.Cancel).setDefault(True)
-        fill_layout(QVBoxLayout(self), self.text, self.others, buttons, spacing=10)
+        fill_layout(QVBoxLayout(self), self.text, self.consent, buttons, spacing=10)
 
 
 def confirm_removal(
@@ -78,7 +78,7 @@ def removal_of(
     """The dialog for demonstrations; `changed` if notes were written since it was open before."""
     text = "Notes have changed meanwhile.\n\n" if changed else ""
     text += _question(rows, author)
-    return Removal("Remove from the project", text, _others(rows), parent)
+    return Removal("Remove from the project", text, _consent(rows), parent)
 
 
 def _question(rows: Sequence[DemonstrationRow], author: str) -> str:
@@ -143,7 +143,7 @@ def _common_losses(rows: Sequence[DemonstrationRow], author: str) -> list[str]:
     return losses
 
 
-def _others(rows: Sequence[DemonstrationRow]) -> str:
+def _consent(rows: Sequence[DemonstrationRow]) -> str:
     """The consent to losing others' labels; the same text for all who code blind."""
     if any(row.blind for row in rows):
         if len(rows) == 1:

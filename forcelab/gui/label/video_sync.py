@@ -160,10 +160,10 @@ class VideoPreview(QWidget):
         self.slider = QSlider(Qt.Orientation.Horizontal)
         self.slider.setAccessibleName("Frame")
         self.spin = seconds_box("Time on the video's own clock")
-        self.back, self.on = QToolButton(), QToolButton()
+        self.previous_button, self.next_button = QToolButton(), QToolButton()
         for button, arrow, name, step in (
-            (self.back, Qt.ArrowType.LeftArrow, "Frame before", -1),
-            (self.on, Qt.ArrowType.RightArrow, "Next frame", 1),
+            (self.previous_button, Qt.ArrowType.LeftArrow, "Frame before", -1),
+            (self.next_button, Qt.ArrowType.RightArrow, "Next frame", 1),
         ):
             button.setArrowType(arrow)
             button.setAutoRepeat(True)
@@ -172,7 +172,9 @@ class VideoPreview(QWidget):
             button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
             button.clicked.connect(lambda _=False, step=step: self.show_frame(self.number + step))
         label = label_of(self.spin, "&Video time")
-        row = fill_layout(QHBoxLayout(), label, self.spin, self.back, self.on, 1)
+        row = fill_layout(
+            QHBoxLayout(), label, self.spin, self.previous_button, self.next_button, 1
+        )
         fill_layout(QVBoxLayout(self), (self.picture, 1), self.slider, row, margins=0)
         self.frames.opened.connect(self._opened)
         self.frames.frame_ready.connect(self._shown)
@@ -224,7 +226,7 @@ class VideoPreview(QWidget):
 
     @property
     def _controls(self) -> tuple[QWidget, ...]:
-        return (self.slider, self.spin, self.back, self.on)
+        return (self.slider, self.spin, self.previous_button, self.next_button)
 
     def _opened(self, times: NDArray[np.float64]) -> None:
         """Begin at the frame that was asked for."""
