@@ -1,14 +1,12 @@
 """Recordings of several streams, each with its own times: chosen, and put onto one clock.
 
-What C3D, XDF and TDMS files hold. Streams come onto one clock as the topics of a bag do
-(:func:`~forcelab.formats.rosbag_topics.align_topics`). Their events name what is done until the
-next one; where there is a "NAME start" and a "NAME end", NAME is done in between.
+What C3D, XDF and TDMS files hold. Their events name what is done until the next one; where there
+is a "NAME start" and a "NAME end", NAME is done in between.
 """
 
 from __future__ import annotations
 
 import re
-from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -20,15 +18,10 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
+from forcelab.formats.alignment import TimedStream, align_streams
+from forcelab.formats.fields import Field, values_within, with_sensors
 from forcelab.formats.label_tables import own_or_beside_tracks
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording, Use
-from forcelab.formats.rosbag_topics import (
-    Field,
-    TopicData,
-    align_topics,
-    values_within,
-    with_sensors,
-)
 from forcelab.formats.table_columns import MOST_LABELS, is_unlabelled, missing_remark
 from forcelab.formats.track_text import on_samples
 from forcelab.labels import Segment, Track
@@ -87,10 +80,8 @@ def make_recording(
     times = np.concatenate([stream.times for stream, _ in chosen])
     times = times[np.isfinite(times)]
     zero = float(np.median(times)) if times.size else 0.0
-    topics = [_topic(stream, field, zero) for stream, field in chosen]
-    aligned = align_topics(
-        topics, str(path), strict=options.strict, topic_word="stream", message_word="sample"
-    )
+    timed = [_timed(stream, field, zero) for stream, field in chosen]
+    aligned = align_streams(timed, str(path), strict=options.strict)
     channels = tuple(channel for _, field in chosen for channel in field.channels)
     demonstration = Demonstration(
         path.stem,
@@ -190,19 +181,15 @@ def _field(stream: Stream) -> Field:
     return Field(stream.name, (), leaves, names, units, force=stream.chosen)
 
 
-def _topic(stream: Stream, field: Field, zero: float) -> TopicData:
-    """A stream as what comes onto one clock with others."""
+def _timed(stream: Stream, field: Field, zero: float) -> TimedStream:
+    """The chosen channels of a stream, in nanoseconds as others that it is aligned with."""
     places = {address: i for i, address in enumerate(stream.addresses)}
     chosen = [places[address] for address in field.addresses]
     known = np.abs(stream.times - zero) < _ABSURD  # nor is NaN
     seconds = np.where(known, stream.times - zero, -_LEAD)
     ticks = np.rint((seconds + _LEAD) * _SECOND).astype(np.int64)
     values = np.ascontiguousarray(stream.values[:, chosen], np.float64)
-    topic = TopicData(stream.name, (field,), {}, None, None)
-    topic.arrived.frombytes(ticks.tobytes())
-    topic.stamped = array("q", bytes(8 * ticks.size))
-    topic.values.frombytes(values.tobytes())
-    return topic
+    return TimedStream(stream.name, ticks, None, values)
 
 
 def _chosen_events(events: Sequence[Events], options: ReadOptions) -> list[Events]:
