@@ -189,9 +189,7 @@ def _check_packed(path: Path) -> None:
             return  # version 4, which packs nothing
         order = "<" if head[126:128] == b"IM" else ">"
         while tag := file.read(8):
-            if len(tag) < 8:
-                raise InputError(f"'{path}' ends within a variable; copy it again.")
-            kind, length = struct.unpack(f"{order}2I", tag)
+            kind, length = struct.unpack(f"{order}2I", tag) if len(tag) == 8 else (0, size)
             start = file.tell()
             if length > size - start:
                 raise InputError(f"'{path}' ends within a variable; copy it again.")

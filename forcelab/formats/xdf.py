@@ -25,6 +25,7 @@ from forcelab.clock import farthest_drift
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
+from forcelab.formats.fields import numbered
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.signatures import naming_damage
 from forcelab.formats.streams import Events, Stream, make_recording, preview_streams
@@ -133,8 +134,8 @@ def _stream(name: str, stream: Any) -> tuple[Stream, str]:
     listing = channels_info.get("channel", []) if isinstance(channels_info, dict) else []
     headers = [*listing, *[{}] * width][:width]
     labels = [_text(header, "label") for header in headers]
-    plain = [f"{name} {i + 1}" if width > 1 else name for i in range(width)]
-    named = unique_names([label or default for label, default in zip(labels, plain, strict=True)])
+    pairs = zip(labels, numbered(name, width), strict=True)
+    named = unique_names([label or default for label, default in pairs])
     units = [_text(header, "unit") for header in headers]
     channels = tuple(map(Channel, named, units))
     remark = ""
