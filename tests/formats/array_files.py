@@ -4,11 +4,9 @@ import random
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from forcelab.errors import InputError
 from forcelab.formats import read
-from forcelab.formats.recording import ReadOptions
 
 #: Samples of the recording that each file holds, at 500 Hz.
 SAMPLES = 200
@@ -151,17 +149,6 @@ def whole_matlab(folder: Path):
     write_mat(folder / "d.mat", trials=trials, names=np.array(["grab", "hold"], object))
     write_mat73(folder / "e.mat")
     return sorted(folder.iterdir())
-
-
-def refusal(path, error=InputError, **options):
-    """The sentence for which a file is refused: one line that names it."""
-    with pytest.raises(error) as caught:
-        read(path, ReadOptions(**options))
-    sentence = str(caught.value)
-    assert path.name in sentence
-    assert sentence.endswith(".")
-    assert "\n" not in sentence
-    return sentence
 
 
 def read_mutated(whole: list[Path], path: Path) -> None:

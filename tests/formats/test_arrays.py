@@ -4,7 +4,7 @@ import zipfile
 
 import numpy as np
 import pytest
-from factories import channel_names, read_single, rounded_segments
+from factories import channel_names, read_single, refusal, rounded_segments
 
 from forcelab.errors import InputError, UnclearRateError
 from forcelab.formats import arrays, identify, preview, read
@@ -15,7 +15,6 @@ from tests.formats.array_files import (
     SAMPLES,
     TIMES,
     WORDS,
-    refusal,
     write_npz,
 )
 

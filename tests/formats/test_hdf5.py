@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from factories import channel_names, read_single
+from factories import channel_names, read_single, refusal
 from process_jobs import ending_process
 
 from forcelab.cli import main
@@ -19,7 +19,6 @@ from tests.formats.array_files import (
     WORDS,
     actions,
     read_mutated,
-    refusal,
     whole_hdf5,
 )
 

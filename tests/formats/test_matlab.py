@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.io
-from factories import channel_names, read_single
+from factories import channel_names, read_single, refusal
 
 from forcelab.errors import InputError
 from forcelab.formats import arrays, identify, matlab, preview, read
@@ -19,7 +19,6 @@ from tests.formats.array_files import (
     Mat73,
     actions,
     read_mutated,
-    refusal,
     whole_matlab,
     write_mat,
     write_mat73,
