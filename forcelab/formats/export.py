@@ -12,7 +12,7 @@ from typing import Any, BinaryIO, Final, Literal
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.formats.archive import write_archive
-from forcelab.formats.boris import Observation, VideoFile, to_boris
+from forcelab.formats.boris import Observation, to_boris
 from forcelab.formats.elan import to_elan, to_time_series, write_time_series
 from forcelab.formats.label_studio import forces_task, interface, local_file, video_task
 from forcelab.formats.lerobot_subtasks import writing_subtasks
@@ -113,17 +113,12 @@ def _observations(part: Part) -> list[Observation]:
     """Tracks with what else is known of how they were observed: the video, and when."""
     project, info = part.project, part.info
     videos = part.demonstration().videos if info.has_video else ()
-    files = tuple(VideoFile(v.path, v.clock, *stated_rate_and_length(v.path)) for v in videos)
-    return [
-        Observation(
-            part.title,
-            info.task,
-            track,
-            files,
-            next((edit.time for edit in project.tracks.history(info.id, track.author)), None),
-        )
-        for track in part.tracks
-    ]
+    observations = []
+    for track in part.tracks:
+        edits = project.tracks.history(info.id, track.author)
+        begun = next((edit.time for edit in edits), None)
+        observations.append(Observation(part.title, info.task, track, videos, begun))
+    return observations
 
 
 def _boris(project: Project, observations: list[Observation]) -> dict[str, bytes]:
