@@ -388,12 +388,10 @@ def _parts(
     times = Counter(info.name.casefold() for info in infos)
     parts = []
     for info in infos:
-        prediction = predicted.get(info.id)
         if ids is not None and info.id not in ids:
             continue
-        if not (info.authors or prediction or unlabelled):
-            continue
         hidden = viewer is not None and project.coding.is_blind(info.id, viewer)
+        prediction = None if hidden else predicted.get(info.id)
         tracks = tuple(
             track
             for track in project.tracks.of(info.id)
@@ -403,8 +401,6 @@ def _parts(
         # Its name alone where no other has it: beside its recording, it is read with that.
         unique = not info.task or times[info.name.casefold()] == 1
         title = info.name if unique else f"{info.task} - {info.name}"
-        if hidden:
-            prediction = None
         if tracks or prediction or unlabelled:
             parts.append(Part(project, info, tracks, title, out, prediction))
     return parts
