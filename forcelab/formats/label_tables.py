@@ -97,7 +97,7 @@ def is_label_table(head: bytes) -> bool:
     return layout is not None and _columns(layout) is not None
 
 
-def has_labels_beside(path: Path) -> Path | None:
+def labels_file_beside(path: Path) -> Path | None:
     """The labels file beside a recording, if there is one.
 
     For ``NAME.csv`` that is ``NAME.labels.csv``, ``NAME.labels.tsv``, ``NAME.labels.txt``,
@@ -346,7 +346,7 @@ def own_or_beside_tracks(
     it count from the start of the recording, or are on the clock of its stamps where only that
     fits. Errors of the file beside it are remarks where the recording has labels of its own.
     """
-    beside = has_labels_beside(path)
+    beside = labels_file_beside(path)
     if beside is None:
         return tracks, []
     authors = {track.author for track in tracks}

@@ -56,10 +56,7 @@ def writing_subtasks(
     used = dict.fromkeys(s.action for segments, _ in found.values() for s in segments)
     names += [action for action in used if action not in names]
     rest = next(number for number, name in enumerate(names) if is_unlabelled(name))
-    codes = {
-        number: np.where((coded := _codes(segments, times, names)) < 0, rest, coded)
-        for number, (segments, times) in found.items()
-    }
+    codes = {number: _codes(*labels, names, rest) for number, labels in found.items()}
     changed = []
     with (
         file_errors(f"'{dataset.path}' was not changed"),
@@ -157,13 +154,13 @@ def _refuse_missing(dataset: Dataset, missing: Sequence[DemonstrationInfo], stri
 
 
 def _codes(
-    segments: Segments, times: NDArray[np.float64], names: Sequence[str]
+    segments: Segments, times: NDArray[np.float64], names: Sequence[str], rest: int
 ) -> NDArray[np.int64]:
-    """The number of each frame's label, below zero without one; frames may come in any order."""
+    """The number of each frame's label, `rest` without one; frames may come in any order."""
     order = np.argsort(times, kind="stable")  # those without a time come last
     codes = np.empty(len(times), np.int64)
     codes[order] = to_codes(segments, times[order], names)
-    return codes
+    return np.where(codes < 0, rest, codes)
 
 
 def _write_data(
