@@ -42,7 +42,7 @@ _STARTS = frozenset(["start", "begin", "onset", "from"])
 _ENDS = ("end", "stop", "to", "finish", "offset")
 _ACTIONS = frozenset(["text", "name", "event", "state"])
 _AUTHORS = frozenset(["author", "coder", "annotator", "rater", "observer"])
-_PLACES = (".labels.csv", ".labels.tsv", ".labels.txt", "_labels.csv")
+_ENDINGS = (".labels.csv", ".labels.tsv", ".labels.txt", "_labels.csv")
 
 
 def _segment_lines(text: Sequence[Line]) -> list[Line]:
@@ -103,8 +103,8 @@ def labels_file_beside(path: Path) -> Path | None:
     For ``NAME.csv`` that is ``NAME.labels.csv``, ``NAME.labels.tsv``, ``NAME.labels.txt``,
     ``NAME_labels.csv``, or ``NAME.txt`` if it is an Audacity label track; the first that exists.
     """
-    for place in _PLACES:
-        candidate = path.with_name(path.stem + place)
+    for ending in _ENDINGS:
+        candidate = path.with_name(path.stem + ending)
         if _is_file(candidate) and candidate != path:
             return candidate
     audacity = path.with_suffix(".txt")
