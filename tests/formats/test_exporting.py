@@ -322,7 +322,7 @@ def test_files_of_demonstrations_with_the_same_name_are_told_by_their_tasks(tmp_
 
 
 def test_a_format_is_written_once_it_is_registered(project, tmp_path, monkeypatch):
-    count = ExportFormat("Counts", ".count", "track", lambda part: b"%d" % len(part.tracks))
+    count = ExportFormat("Counts", "track", lambda part: b"%d" % len(part.tracks), suffix=".count")
     monkeypatch.setitem(FORMATS, "count", count)
     out = tmp_path / "out"
     assert main(["export", str(project), "--out", str(out), "--format", "count"]) == 0
