@@ -470,6 +470,15 @@ def make_foam_project(path: Path, tracks: tuple[tuple[str, tuple[Segment, ...]],
             project.tracks.edit(recording.id, author, (), track, "made") if track else None
 
 
+def make_filmed_project(path: Path, tracks: tuple[tuple[str, tuple[Segment, ...]], ...]) -> None:
+    """A project with these tracks of a demonstration whose video starts 0.4 s before its forces."""
+    filmed = demonstration_with_video(path.parent, ClockMap(-0.4))
+    with Project.create(path) as project:
+        project.demonstrations.add(filmed)
+        for author, track in tracks:
+            project.tracks.edit(filmed.id, author, (), track, "painted")
+
+
 def add_foam_demonstration(project: Project, name: str) -> str:
     """Add one like that of `make_foam_project`, with other signals; gives its id."""
     recording = foam_demonstration()
