@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError, UnclearRateError
+from forcelab.formats import boris
 from forcelab.formats.label_tables import is_label_table, own_or_beside_tracks
 from forcelab.formats.recording import (
     ColumnUse,
@@ -83,7 +84,7 @@ _TABLE_SHARE = 0.5
 
 def sniff(path: Path, head: bytes) -> bool:
     """Whether a file is a text table: rows of numbers, or a text called ``.csv`` or ``.tsv``."""
-    if not is_text(head):
+    if not is_text(head) or boris.sniff_labels(path, head):
         return False
     if path.suffix.lower() in _SUFFIXES:
         return True
