@@ -628,6 +628,14 @@ def test_a_labview_measurement_has_two_headers(tmp_path, timed, comma):
     np.testing.assert_allclose(demonstration.signals[:, 0], np.arange(200) % 7 / 4)
 
 
+def test_a_quote_in_a_labview_header_that_is_not_closed_does_no_harm(table):
+    rows = "".join(f"{i / 500}\t{i % 7 / 4}\t{i % 9 / 4}\n" for i in range(200))
+    whole = load(table(LABVIEW + rows, "pull.lvm"))
+    quoted = LABVIEW.replace("Writer_Version", 'Operator\t"Joe\nWriter_Version')
+    recording = load(table(quoted + rows, "pull.lvm"))
+    assert recording.demonstration == whole.demonstration
+
+
 @pytest.fixture
 def counter_table(tmp_path):
     """Writes a table of a counter, perhaps stamps, and a force that is the row's true number."""
