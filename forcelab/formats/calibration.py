@@ -54,7 +54,7 @@ class Calibration:
     positive: NDArray[np.float64]  #: newtons (or newton metres) per count above zero, shape (c,)
     negative: NDArray[np.float64]
 
-    def apply(self, counts: NDArray[np.int16]) -> NDArray[np.float64]:
+    def apply(self, counts: NDArray[np.int16] | NDArray[np.float64]) -> NDArray[np.float64]:
         """Convert counts, shape (n, c), to newtons and newton metres."""
         newtons = np.where(counts < 0, self.negative, self.positive)
         return counts.astype(np.float64) * newtons
