@@ -52,7 +52,6 @@ from forcelab.formats.table_sniff import (
     NotANumberError,
     cell_type,
     column_kinds,
-    continues_name,
     find_layout,
     head_lines,
     is_comment,
@@ -245,9 +244,7 @@ class Table:
                 why = "it counts the samples"
         elif words is not None:
             why = "empty" if words.empty else "words, not numbers"
-        elif is_index(column, self.layout.cells(index)) and continues_name(
-            self.values[index], column
-        ):
+        elif is_index(column, self.layout.cells(index), self.values[index]):
             why = "it only counts the rows"
         else:
             use = "signal"

@@ -163,14 +163,11 @@ def is_unit(text: str) -> bool:
 def _name_and_unit(cell: str) -> tuple[str, str]:
     """Split ``Fx [N]``, ``time (ms)``, ``t/s`` into a name and a unit."""
     cell = cell.strip()
-    bracketed = _BRACKETS.fullmatch(cell)
-    if bracketed:
-        unit = next(group for group in bracketed.groups()[1:] if group is not None).strip()
-        if bracketed[1] and is_unit(unit):
-            return bracketed[1], unit
-    slashed = _SLASH.fullmatch(cell)
-    if slashed and is_unit(slashed[2]):
-        return slashed[1], slashed[2]
+    for match in (_BRACKETS.fullmatch(cell), _SLASH.fullmatch(cell)):
+        name, *units = match.groups("") if match else ("", "")
+        unit = "".join(units).strip()  # which stands in brackets of one kind
+        if name and is_unit(unit):
+            return name, unit
     return cell, ""
 
 
@@ -193,10 +190,8 @@ def name_columns(
         for number, (new, (name, _)) in enumerate(zip(names, split, strict=True), start=1)
         if name and new != name
     ]
-    remarks = []
-    if renamed:
-        remarks.append(f"Columns that repeat a name were renamed: {listed(renamed)}.")
-    return columns, tuple(remarks)
+    remark = f"Columns that repeat a name were renamed: {listed(renamed)}."
+    return columns, (remark,) if renamed else ()
 
 
 def spaced(name: str) -> str:
@@ -214,9 +209,8 @@ def is_time_name(name: str) -> bool:
     words = _words(name)
     if len(words) > 1 and words[-1] in SECONDS_IN:
         words.pop()
-    if len(words) == 1:
-        named = words[0] in SECONDS_IN and words[0] not in _NO_NAMES
-        return named or _TIME_WORD.fullmatch(words[0]) is not None
+    if len(words) == 1 and words[0] in SECONDS_IN.keys() - _NO_NAMES:
+        return True
     return bool(
         words
         and _TIME_WORD.fullmatch(words[-1])
@@ -243,24 +237,23 @@ def is_label_name(name: str) -> int:
     return _LABEL_WORDS.index(words[-1]) + 1 if words[-1] in _LABEL_WORDS else 0
 
 
-def is_index(column: Column, cells: Sequence[str]) -> bool:
-    """Whether a column only counts its rows: nameless or called so, and whole numbers in step."""
+def is_index(
+    column: Column, cells: Sequence[str], values: NDArray[np.float64] | None = None
+) -> bool:
+    """Whether a column only counts its rows: nameless or called so, and whole numbers in step.
+
+    `cells` are its first ones; all its `values` must go on so. In one that is called so rows may
+    have been taken out since; without a name, what does not go on by one measures something.
+    """
     named = column.named and not _INDEX_WORDS.intersection(_words(column.name))
     if named or len(cells) < 3:
         return False
     if not all(cell_type(cell) is CellType.NUMBER and cell.strip().isdigit() for cell in cells):
         return False
     counts = [int(cell) for cell in cells]
-    return counts == list(range(counts[0], counts[0] + len(counts)))
-
-
-def continues_name(values: NDArray[np.float64], column: Column) -> bool:
-    """Whether a column that starts as :func:`is_index` tells counts its rows to the end.
-
-    In one that is called so rows may have been taken out since; without a name, what does not go
-    on by one measures something.
-    """
-    steps = np.diff(values[~np.isnan(values)])
+    if counts != list(range(counts[0], counts[0] + len(counts))):
+        return False
+    steps = np.diff([] if values is None else values[~np.isnan(values)])
     return bool((steps > 0).all() if column.named else (steps == 1).all())
 
 
