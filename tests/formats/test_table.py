@@ -12,10 +12,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from forcelab.errors import InputError
-from forcelab.formats import identify, preview, read
+from forcelab.formats import identify, preview
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.formats.table import sniff
 from forcelab.formats.table_columns import counter_ticks, is_counter_name
+from tests.formats.array_files import load, refusal
 
 
 @pytest.fixture
@@ -26,21 +27,6 @@ def table(tmp_path):
         return path
 
     return write
-
-
-def load(path: Path, **options) -> Recording:
-    (recording,) = read(path, ReadOptions(**options))
-    return recording
-
-
-def refusal(path: Path, **options) -> str:
-    with pytest.raises(InputError) as caught:
-        read(path, ReadOptions(**options))
-    sentence = str(caught.value)
-    assert path.name in sentence
-    assert sentence.endswith(".")
-    assert "\n" not in sentence
-    return sentence
 
 
 def channels(recording: Recording) -> list[tuple[str, str]]:
@@ -585,7 +571,7 @@ def test_a_vicon_export_has_its_rate_and_its_counters(table):
     lost = [i for i in range(400) if not 150 <= i < 173]
     after = "\nTrajectories\n100\n,,a:LFHD,,\nFrame,Sub Frame,X,Y,Z\n,,mm,mm,mm\n"
     after += "".join(f"{i},0,1.5,2.5,3.5\n" for i in range(1, 900))
-    (recording,) = read(table(vicon(lost, after)), ReadOptions())
+    recording = load(table(vicon(lost, after)))
     demonstration = recording.demonstration
     assert [(c.name, c.unit) for c in demonstration.channels] == [("Fx", "N"), ("Fz", "N")]
     np.testing.assert_allclose(demonstration.times, np.array(lost) / 1000)
@@ -599,7 +585,7 @@ def test_a_vicon_export_has_its_rate_and_its_counters(table):
 def test_frame_and_sub_frame_count_together_wherever_they_stand(table):
     text = vicon(range(400)).split("\n", 3)[3]
     assert "say how many samples" in refusal(table(text))
-    (recording,) = read(table(text), ReadOptions(rate=1000))
+    recording = load(table(text), rate=1000)
     assert [c.name for c in recording.demonstration.channels] == ["Fx", "Fz"]
 
 
