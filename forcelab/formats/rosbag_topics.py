@@ -28,6 +28,7 @@ from forcelab.formats.fields import (
     is_force_name,
     name_forces,
     numbered,
+    unknown_name,
     values_within,
     with_sensors,
 )
@@ -238,7 +239,7 @@ def select_fields(topics: Sequence[Topic], options: ReadOptions) -> list[TopicDa
     addresses += [address for topic in topics for address in topic.words]
     for name in (*options.signals, *options.leave_out):
         if not any(values_within(address, name) for address in addresses):
-            raise _unknown(name, "values", [field_.address for field_ in all_fields])
+            raise unknown_name(name, "values", [field_.address for field_ in all_fields])
     chosen = with_sensors(
         [part for field_ in all_fields if (part := field_.requested(options)).leaves]
     )
@@ -267,7 +268,7 @@ def _find_label(
     if options.label is not None:
         addresses = [address for address in labels if values_within(address, options.label)]
         if len(addresses) != 1:
-            raise _unknown(options.label, "labels", list(labels))
+            raise unknown_name(options.label, "labels", list(labels))
     else:
         addresses = [
             address
@@ -276,12 +277,6 @@ def _find_label(
             if not values_within(address, *options.leave_out, *options.signals)
         ]
     return labels[addresses[0]] if addresses else ("", None)
-
-
-def _unknown(name: str, kind: str, names: Sequence[str]) -> InputError:
-    """The error for a name that means nothing, or more than one thing."""
-    cure = f"name one of {listed(names)}" if names else "there are none"
-    return InputError(f"it has no {kind} called '{name}'; {cure}.")
 
 
 def left_numbers(data: Sequence[TopicData]) -> list[str]:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.formats.alignment import TimedStream, align_streams
-from forcelab.formats.fields import Field, values_within, with_sensors
+from forcelab.formats.fields import Field, unknown_name, values_within, with_sensors
 from forcelab.formats.label_tables import own_or_beside_tracks
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording, Use
 from forcelab.formats.table_columns import MOST_LABELS, is_unlabelled, missing_remark
@@ -75,18 +75,14 @@ def make_recording(
 
     Options name streams, or channels as in ``stream.channel``; events are chosen as labels.
     """
-    fields = _choose(streams, events, options)
+    chosen = _choose(streams, events, options)
     # Relative to a sample in the middle, times keep all their digits.
-    times = np.concatenate([s.times for s in streams if any(f.topic == s.name for f in fields)])
+    times = np.concatenate([stream.times for stream, _ in chosen])
     times = times[np.isfinite(times)]
     zero = float(np.median(times)) if times.size else 0.0
-    timed = [
-        _timed(stream, own, zero)
-        for stream in streams
-        if (own := [field_ for field_ in fields if field_.topic == stream.name])
-    ]
+    timed = [_timed(stream, field, zero) for stream, field in chosen]
     aligned = align_streams(timed, str(path), strict=options.strict)
-    channels = tuple(channel for field_ in fields for channel in field_.channels)
+    channels = tuple(channel for _, field in chosen for channel in field.channels)
     demonstration = Demonstration(
         path.stem,
         options.task or "",
@@ -103,7 +99,7 @@ def make_recording(
         tracks,
         (
             *remarks,
-            *_not_read(streams, {field_.topic for field_ in fields}),
+            *_not_read(streams, {stream.name for stream, _ in chosen}),
             *aligned.remarks,
             *label_remarks,
             *beside_remarks,
@@ -128,8 +124,8 @@ def preview_streams(
     streams: Sequence[Stream], events: Sequence[Events], options: ReadOptions
 ) -> tuple[ColumnUse, ...]:
     """What the channels and events would be read as; each stream begins with its times."""
-    fields = _choose(streams, events, options)
-    read = {f"{field_.topic}.{leaf[0]}" for field_ in fields for leaf in field_.leaves}
+    chosen = _choose(streams, events, options)
+    read = {address for _, field in chosen for address in field.addresses}
     rows: list[ColumnUse] = []
     for stream in streams:
         cells = tuple(f"{time:.6f}" for time in stream.times[:3].tolist())
@@ -149,8 +145,8 @@ def preview_streams(
 
 def _choose(
     streams: Sequence[Stream], events: Sequence[Events], options: ReadOptions
-) -> list[Field]:
-    """The channels to read, by stream, with names that tell them apart."""
+) -> list[tuple[Stream, Field]]:
+    """The streams to read, each with its channels to read, whose names tell them apart."""
     addresses = [address for stream in streams for address in stream.addresses]
     names = [found.name for found in events]
     for name in (*options.signals, *options.leave_out):
@@ -160,9 +156,9 @@ def _choose(
                 f"it has no values called '{name}'; name one of {listed(known)}, or a "
                 "channel as in STREAM.CHANNEL."
             )
-    fields = [_field(stream).requested(options) for stream in streams]
-    fields = [field_ for field_ in fields if field_.leaves]
-    if not fields:
+    fields = {stream.name: _field(stream).requested(options) for stream in streams}
+    read = [stream for stream in streams if fields[stream.name].leaves]
+    if not read:
         known = [stream.name for stream in streams]
         raise InputError(
             f"it has no signals{' but what is left out' if options.leave_out else ''}; "
@@ -172,7 +168,8 @@ def _choose(
                 else "there is nothing to import."
             )
         )
-    return with_sensors(fields)
+    named = with_sensors([fields[stream.name] for stream in read])
+    return list(zip(read, named, strict=True))
 
 
 def _field(stream: Stream) -> Field:
@@ -184,10 +181,10 @@ def _field(stream: Stream) -> Field:
     return Field(stream.name, (), leaves, names, units, force=stream.chosen)
 
 
-def _timed(stream: Stream, fields: Sequence[Field], zero: float) -> TimedStream:
-    """The chosen channels of a stream, in nanoseconds as others that it is aligned with."""
-    places = {channel.name: i for i, channel in enumerate(stream.channels)}
-    chosen = [places[str(leaf[0])] for field_ in fields for leaf in field_.leaves]
+def _timed(stream: Stream, field: Field, zero: float) -> TimedStream:
+    """The chosen channels of a stream, as what comes onto one clock with others."""
+    places = {address: i for i, address in enumerate(stream.addresses)}
+    chosen = [places[address] for address in field.addresses]
     known = np.abs(stream.times - zero) < _ABSURD  # nor is NaN
     seconds = np.where(known, stream.times - zero, -_LEAD)
     ticks = np.rint((seconds + _LEAD) * _SECOND).astype(np.int64)
@@ -200,9 +197,7 @@ def _chosen_events(events: Sequence[Events], options: ReadOptions) -> list[Event
     if options.label is not None:
         chosen = [found for found in events if values_within(found.name, options.label)]
         if not chosen:
-            names = [found.name for found in events]
-            cure = f"name one of {listed(names)}" if names else "there are none"
-            raise InputError(f"it has no events called '{options.label}'; {cure}.")
+            raise unknown_name(options.label, "events", [found.name for found in events])
         return chosen
     return [found for found in events if not values_within(found.name, *options.leave_out)]
 

@@ -12,7 +12,7 @@ from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +49,7 @@ from forcelab.formats.table_sniff import (
     Layout,
     NotANumberError,
     cell_type,
+    column_kinds,
     continues_name,
     find_layout,
     head_lines,
@@ -58,6 +59,7 @@ from forcelab.formats.table_sniff import (
     is_text,
     is_time_name,
     lines,
+    name_columns,
     numbers,
     sniff_layout,
     unit_of_time,
@@ -184,6 +186,10 @@ _RAGGED_SHARE = 0.05
 _RAGGED_ROWS = 1000
 
 
+#: Cells of a column, or an array of the numbers, dates or times of the day that it holds.
+TypedColumn: TypeAlias = Sequence[str] | NDArray[Any]
+
+
 @dataclass(frozen=True, slots=True)
 class TableBody:
     """The rows of a table, n of them."""
@@ -192,16 +198,31 @@ class TableBody:
     #: What they hold, side by side, shape (n, len(numeric)): where all of them become channels
     #: these are the signals, as there may be no room for a copy.
     table: NDArray[np.float64]
-    words: dict[int, TextColumn]  #: all other columns but the one of times
+    #: All other columns but the one of times; of further stamps only the first rows.
+    words: dict[int, TextColumn]
     lines: NDArray[np.int64] | range  #: 1-based line of each row
     ragged: NDArray[np.bool_]  #: rows with another number of cells: all their samples are missing
     times: RawTimestamps | None = None  #: of the column of times
 
 
-def as_cells(column: NDArray[Any] | list[str]) -> list[str]:
+def typed_layout(
+    names: Sequence[str], units: Sequence[str], columns: Sequence[TypedColumn], path: Path
+) -> Layout:
+    """What a table is whose columns have types, by the first values of each."""
+    named, remarks = name_columns(names, units)
+    dialect = Dialect(None, ".", len(named))
+    sample = tuple(zip(*map(_as_cells, columns), strict=True))
+    kinds = list(column_kinds(sample, dialect))
+    for index, column in enumerate(columns):
+        if isinstance(column, np.ndarray):
+            kinds[index] = CellType.STAMP if column.dtype.kind in "Mm" else CellType.NUMBER
+    return Layout(dialect, named, tuple(kinds), 0, sample, remarks, path=path, line="row")
+
+
+def _as_cells(column: TypedColumn) -> Sequence[str]:
     """Words, numbers or times as the cells of a text table; empty where one is missing."""
-    if isinstance(column, list) or column.dtype.kind == "O":
-        return list(column)
+    if not isinstance(column, np.ndarray):
+        return column
     if column.dtype.kind in "Mm":
         clock = column.dtype.kind == "m"
         dates = np.datetime64("1970-01-01") + column if clock else column
@@ -229,6 +250,11 @@ class BodyReader:
         self._words = {
             i: TextColumn() for i in indices if i not in roles.numeric and i != roles.time
         }
+        labels = (roles.label, *roles.authors)
+        #: Further columns of stamps: they become nothing, so that the first block is enough.
+        self._spare = {
+            i for i in self._words if layout.kinds[i] is CellType.STAMP and i not in labels
+        }
         self._blocks: dict[int, list[NDArray[np.float64]]] = {
             i: [] for i in indices if i not in self._words
         }
@@ -238,13 +264,11 @@ class BodyReader:
     def read(
         self,
         line_numbers: Sequence[int] | NDArray[np.int64],
-        columns: Mapping[int, Sequence[str] | NDArray[Any]],
+        columns: Mapping[int, TypedColumn],
         ragged: NDArray[np.bool_] | None = None,
     ) -> None:
-        """Read a block of rows: of each column the cells, or an array of what they hold.
-
-        Columns that are left out need not be given.
-        """
+        """Read a block of rows; columns that are left out need not be given."""
+        first = not self._lines
         self._lines.append(np.array(line_numbers, np.int64))
         self._ragged.append(np.zeros(len(line_numbers), np.bool_) if ragged is None else ragged)
         total = sum(block.size for block in self._ragged)
@@ -252,14 +276,15 @@ class BodyReader:
             self._refuse_ragged()
         for index, column in columns.items():
             if index in self._words:
-                self._words[index].read(list(column))
+                if first or index not in self._spare:
+                    self._words[index].read(_as_cells(column))
                 continue
             try:
                 self._blocks[index].append(self._numbers(index, column))
             except NotANumberError as error:
                 raise _no_number(self._layout, self._roles, index, line_numbers, error) from error
 
-    def _numbers(self, index: int, column: Sequence[str] | NDArray[Any]) -> NDArray[np.float64]:
+    def _numbers(self, index: int, column: TypedColumn) -> NDArray[np.float64]:
         """The numbers or stamps in the cells of a column."""
         if self._stamps is not None and index == self._roles.time:
             if isinstance(column, np.ndarray):
@@ -326,7 +351,7 @@ def read_rows(
             yield reading_progress(layout.path, done, letters)
         done += len(rows) + sum(map(len, rows))
         quick = _parse_block(rows, dialect, reader.plain)
-        columns: dict[int, Sequence[str] | NDArray[Any]]
+        columns: dict[int, TypedColumn]
         if quick is not None:
             columns = {index: _one_column(rows, dialect, index) for index in rest}
             columns |= {index: quick[:, place] for place, index in enumerate(reader.plain)}
@@ -643,6 +668,8 @@ def _refuse_long_format(table: _Table) -> None:
         return
     for index, text in body.words.items():
         if index in {table.label, *table.roles.authors, *table.roles.left_out} or text.empty:
+            continue
+        if layout.kinds[index] is CellType.STAMP:
             continue
         changes = np.diff(text.codes)[repeats] != 0
         if len(text.words) <= _LONG_WORDS and np.mean(changes) > _LONG_SHARE:
