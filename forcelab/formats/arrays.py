@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import ForcelabError, InputError
-from forcelab.formats.fields import Field, name_forces, values_within, with_sensors
+from forcelab.formats.fields import Field, name_forces, numbered, values_within, with_sensors
 from forcelab.formats.recording import (
     ANY_USE,
     ColumnUse,
@@ -420,8 +420,7 @@ class _ArrayTable:
         forces, _ = name_forces(array.leaf, number)
         names: tuple[str, ...] = (leaf,)
         if number > 1:
-            counted = tuple(f"{leaf} {i + 1}" for i in range(number))
-            names = self._column_names(array, number) or forces or counted
+            names = self._column_names(array, number) or forces or numbered(leaf, number)
         leaves = tuple((i,) for i in range(number))
         return Field(f"/{array.path}", (), leaves, names, (array.unit,) * number, bool(forces))
 

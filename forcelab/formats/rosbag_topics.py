@@ -222,9 +222,9 @@ class TopicData:
         """What was added, to be brought onto one clock with others."""
         return TimedStream(
             self.topic.name,
-            np.array(self.arrived, np.int64),
-            None if self.topic.stamp is None else np.array(self.stamped, np.int64),
-            np.array(self.values).reshape(len(self.arrived), len(self.leaves)),
+            np.asarray(self.arrived, np.int64),
+            None if self.topic.stamp is None else np.asarray(self.stamped, np.int64),
+            np.asarray(self.values).reshape(len(self.arrived), len(self.leaves)),
             None if self.label is None else self.words,
         )
 

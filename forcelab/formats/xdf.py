@@ -25,6 +25,7 @@ from forcelab.clock import farthest_drift
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
+from forcelab.formats.fields import numbered
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.signatures import naming_damage
 from forcelab.formats.streams import (
@@ -132,8 +133,7 @@ def _stream(name: str, stream: Any) -> tuple[Stream, str]:
     times = np.asarray(stream["time_stamps"], np.float64)
     info = stream["info"]
     listing = _channel_headers(info)
-    several = values.shape[1] > 1
-    plain = [f"{name} {i + 1}" if several else name for i in range(values.shape[1])]
+    plain = numbered(name, values.shape[1])
     labels = [_text(channel, "label") for channel in listing] + [""] * len(plain)
     units = [_text(channel, "unit") for channel in listing] + [""] * len(plain)
     named = unique_names([label or default for label, default in zip(labels, plain, strict=False)])
