@@ -34,7 +34,7 @@ from forcelab.formats.recording import (
     Use,
     reading_progress,
 )
-from forcelab.formats.table import TableBody, make_recording, preview_layout
+from forcelab.formats.table import Table, make_recording, preview_layout
 from forcelab.formats.table_columns import ColumnRoles, TextColumn, choose_roles, is_counter_name
 from forcelab.formats.table_sniff import (
     CellType,
@@ -184,13 +184,11 @@ def read_tree(tree: Tree, options: ReadOptions) -> Generator[Progress, None, lis
     demonstrations = _demonstrations(tree)
     for name, arrays in demonstrations.items():
         yield Progress(len(recordings), len(demonstrations), f"reading {tree.path.name}")
-        table = _ArrayTable(tree, arrays, options)
-        body = (yield from table.body()) if len(demonstrations) == 1 else finish(table.body())
+        chosen = _ArrayTable(tree, arrays, options)
+        table = (yield from chosen.table()) if len(demonstrations) == 1 else finish(chosen.table())
         full_name = " ".join(filter(None, (tree.path.stem, name)))
-        remarks = (*table.remarks(), *tree.remarks)
-        recordings.append(
-            make_recording(full_name, table.layout, table.roles, body, table.options, remarks)
-        )
+        remarks = (*chosen.remarks(), *tree.remarks)
+        recordings.append(make_recording(full_name, table, chosen.options, remarks))
     return recordings
 
 
@@ -469,7 +467,7 @@ class _ArrayTable:
             leave_out=tuple(left_out),
         )
 
-    def body(self) -> Generator[Progress, None, TableBody]:
+    def table(self) -> Generator[Progress, None, Table]:
         """Read the arrays, that of the times first, while there is nothing else in memory."""
         numeric, time = list(self.roles.numeric), self.roles.time
         table = np.empty((self.rows, len(numeric)))
@@ -502,7 +500,8 @@ class _ArrayTable:
             if array is timed:
                 times = reader.finish(stamps, unit_of_time(title), self.layout.path, title.name)
         ragged = np.zeros(self.rows, np.bool_)
-        return TableBody(numeric, table, words, range(1, self.rows + 1), ragged, times)
+        lines = range(1, self.rows + 1)
+        return Table(self.layout, self.roles, numeric, table, words, lines, ragged, times)
 
     def _code_names(self, array: Array, codes: NDArray[Any]) -> Mapping[int, str]:
         """What the codes in an array stand for, by its own words or a list of them beside it."""

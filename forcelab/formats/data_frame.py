@@ -83,7 +83,7 @@ def read_frame(
     roles = choose_roles(layout, options)
     reader = BodyReader(layout, roles)
     reader.read(np.arange(1, length + 1), dict(enumerate(values for _, values in columns)))
-    return make_recording(name, layout, roles, reader.finish(), options, beside=False)
+    return make_recording(name, reader.finish(), options, beside=False)
 
 
 def demonstration_from_frame(

@@ -60,8 +60,8 @@ def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Rec
                 roles = choose_roles(layout, options)
                 rows = _blocks(_lines(book[title], layout.dialect.width), layout.skip)
                 # What a sheet says of its size need not be true.
-                body = yield from read_rows(layout, roles, rows, letters=0)
-                recordings.append(make_recording(name, layout, roles, body, options))
+                table = yield from read_rows(layout, roles, rows, letters=0)
+                recordings.append(make_recording(name, table, options))
             except InputError as error:
                 failures.append(error)
                 left.append(f"Sheet '{title}' was left out: {error}")

@@ -67,8 +67,7 @@ def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Rec
             reader.read(numbers, {index: columns[index] for index in read_columns})
             first += batch.num_rows
             yield Progress(min(first - 1, rows), rows, f"reading {path.name}")
-    body = reader.finish()
-    return [make_recording(path.stem, table.layout, roles, body, options, table.remarks)]
+    return [make_recording(path.stem, reader.finish(), options, table.remarks)]
 
 
 def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
