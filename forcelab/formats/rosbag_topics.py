@@ -250,25 +250,21 @@ def select_fields(topics: Sequence[Topic], options: ReadOptions) -> list[TopicDa
             f"{listed([topic.name for topic in topics])}); name what is to be read as a "
             "signal, a topic or a field of it as in --signal /topic.field."
         )
-    labelled, label = _find_label(topics, options, {field_.topic for field_ in chosen})
+    label = _label_address(topics, options, {field_.topic for field_ in chosen})
     return [
-        TopicData(topic, own, label if topic.name == labelled else None)
+        TopicData(topic, own, topic.words.get(label))
         for topic in topics
-        if (own := tuple(f for f in chosen if f.topic == topic.name)) or topic.name == labelled
+        if (own := tuple(f for f in chosen if f.topic == topic.name)) or label in topic.words
     ]
 
 
-def _find_label(
-    topics: Sequence[Topic], options: ReadOptions, measured: set[str]
-) -> tuple[str, FieldPath | None]:
-    """Topic and path of the labels: as asked for, else the surest name, beside forces first."""
-    labels = {
-        address: (topic.name, path) for topic in topics for address, path in topic.words.items()
-    }
+def _label_address(topics: Sequence[Topic], options: ReadOptions, measured: set[str]) -> str:
+    """Address of the labels: as asked for, else the surest name, beside forces first; or empty."""
     if options.label is not None:
-        addresses = [address for address in labels if values_within(address, options.label)]
+        words = [address for topic in topics for address in topic.words]
+        addresses = [address for address in words if values_within(address, options.label)]
         if len(addresses) != 1:
-            raise unknown_name(options.label, "labels", list(labels))
+            raise unknown_name(options.label, "labels", words)
     else:
         addresses = [
             address
@@ -276,7 +272,7 @@ def _find_label(
             for address in topic.labels
             if not values_within(address, *options.leave_out, *options.signals)
         ]
-    return labels[addresses[0]] if addresses else ("", None)
+    return addresses[0] if addresses else ""
 
 
 def left_numbers(data: Sequence[TopicData]) -> list[str]:
