@@ -17,7 +17,6 @@ from forcelab.formats import identify, preview
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.formats.table import sniff
 from forcelab.formats.table_columns import counter_ticks, is_counter_name
-from tests.formats.array_files import load, refusal
 
 
 @pytest.fixture
@@ -572,7 +571,7 @@ def test_a_vicon_export_has_its_rate_and_its_counters(table):
     lost = [i for i in range(400) if not 150 <= i < 173]
     after = "\nTrajectories\n100\n,,a:LFHD,,\nFrame,Sub Frame,X,Y,Z\n,,mm,mm,mm\n"
     after += "".join(f"{i},0,1.5,2.5,3.5\n" for i in range(1, 900))
-    recording = load(table(vicon(lost, after)))
+    recording = read_single(table(vicon(lost, after)))
     demonstration = recording.demonstration
     assert [(c.name, c.unit) for c in demonstration.channels] == [("Fx", "N"), ("Fz", "N")]
     np.testing.assert_allclose(demonstration.times, np.array(lost) / 1000)
@@ -586,7 +585,7 @@ def test_a_vicon_export_has_its_rate_and_its_counters(table):
 def test_frame_and_sub_frame_count_together_wherever_they_stand(table):
     text = vicon(range(400)).split("\n", 3)[3]
     assert "say how many samples" in refusal(table(text))
-    recording = load(table(text), rate=1000)
+    recording = read_single(table(text), rate=1000)
     assert [c.name for c in recording.demonstration.channels] == ["Fx", "Fz"]
 
 
@@ -617,9 +616,9 @@ def test_a_labview_measurement_has_two_headers(tmp_path, timed, comma):
 
 def test_a_quote_in_a_labview_header_that_is_not_closed_does_no_harm(table):
     rows = "".join(f"{i / 500}\t{i % 7 / 4}\t{i % 9 / 4}\n" for i in range(200))
-    whole = load(table(LABVIEW + rows, "pull.lvm"))
+    whole = read_single(table(LABVIEW + rows, "pull.lvm"))
     quoted = LABVIEW.replace("Writer_Version", 'Operator\t"Joe\nWriter_Version')
-    recording = load(table(quoted + rows, "pull.lvm"))
+    recording = read_single(table(quoted + rows, "pull.lvm"))
     assert recording.demonstration == whole.demonstration
 
 
