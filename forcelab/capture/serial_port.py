@@ -209,6 +209,11 @@ class PortDevice(Device):
         self._last_arrival = time.monotonic()
         self.connections += 1
 
+    def _remark_silence(self, seconds: float, sentence: str) -> None:
+        """Remark it once when nothing has come for longer than so many seconds."""
+        if time.monotonic() - self._last_arrival > seconds:
+            self._messages.put_once("silence", sentence)
+
     def _display_name(self) -> str:
         """What messages call it."""
         return self.name
