@@ -41,8 +41,8 @@ def build_packets(
     kind = next((kind for kind in KINDS if kind.columns == c), None)
     if kind is None:
         raise InputError(f"No OptoForce device sends {c} readings at once; 3, 6 or 12 it must be.")
-    out = np.empty((n, kind.frame.size), dtype=np.uint8)
-    out[:, :4] = np.frombuffer(kind.frame.header, dtype=np.uint8)
+    out = np.empty((n, kind.size), dtype=np.uint8)
+    out[:, :4] = np.frombuffer(kind.header, dtype=np.uint8)
     fields = np.column_stack([counters, status, np.clip(counts, -32_768, 32_767)])
     out[:, 4:-2] = fields.astype(np.uint16).astype(">u2").view(np.uint8).reshape(n, -1)
     sums = out[:, :-2].sum(axis=1, dtype=np.int64)

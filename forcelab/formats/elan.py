@@ -54,9 +54,8 @@ def to_elan(
     beside it, such as of a time series.
     """
     tracks = tuple(tracks)
-    entries = dict.fromkeys(
-        [*vocabulary, *(action for track in tracks for action in track.actions)]
-    )
+    used = (action for track in tracks for action in track.actions)
+    entries = dict.fromkeys([*vocabulary, *used])
     entry_ids = {action: f"cve{number}" for number, action in enumerate(entries, start=1)}
     root = ET.Element(
         "ANNOTATION_DOCUMENT",
@@ -76,43 +75,41 @@ def to_elan(
         ET.SubElement(
             header,
             "LINKED_FILE_DESCRIPTOR",
-            LINK_URL=_plain(_url(folder / name)),
+            LINK_URL=_xml_text(_url(folder / name)),
             MIME_TYPE="text/xml" if name.endswith(".xml") else "text/plain",
-            RELATIVE_LINK_URL=_plain(f"./{name}"),
+            RELATIVE_LINK_URL=_xml_text(f"./{name}"),
         )
     order = ET.SubElement(root, "TIME_ORDER")
-    slots = 0
     number = 0
     for track in tracks:
         tier = ET.SubElement(
             root,
             "TIER",
-            ANNOTATOR=_plain(track.author),
+            ANNOTATOR=_xml_text(track.author),
             LINGUISTIC_TYPE_REF=_TYPE,
-            TIER_ID=_plain(track.author),
+            TIER_ID=_xml_text(track.author),
         )
         for segment in track.segments:
-            ends = [_milliseconds(float(time)) for time in (segment.start, segment.end)]
-            if ends[0] >= ends[1]:
+            start, end = (_milliseconds(float(time)) for time in (segment.start, segment.end))
+            if start >= end:
                 raise InputError(
                     f"'{segment.action}' of {track.author} at {segment.start:.4f} s is shorter "
                     f"than a millisecond, which ELAN files cannot hold; lengthen or delete it."
                 )
-            names = []
-            for end in ends:
-                slots += 1
-                names.append(f"ts{slots}")
-                ET.SubElement(order, "TIME_SLOT", TIME_SLOT_ID=names[-1], TIME_VALUE=str(end))
             number += 1
+            slots = {f"ts{2 * number - 1}": str(start), f"ts{2 * number}": str(end)}
+            for slot, time in slots.items():
+                ET.SubElement(order, "TIME_SLOT", TIME_SLOT_ID=slot, TIME_VALUE=time)
+            first, last = slots
             annotation = ET.SubElement(
                 ET.SubElement(tier, "ANNOTATION"),
                 "ALIGNABLE_ANNOTATION",
                 ANNOTATION_ID=f"a{number}",
                 CVE_REF=entry_ids[segment.action],
-                TIME_SLOT_REF1=names[0],
-                TIME_SLOT_REF2=names[1],
+                TIME_SLOT_REF1=first,
+                TIME_SLOT_REF2=last,
             )
-            ET.SubElement(annotation, "ANNOTATION_VALUE").text = _plain(segment.action)
+            ET.SubElement(annotation, "ANNOTATION_VALUE").text = _xml_text(segment.action)
     ET.SubElement(header, "PROPERTY", NAME="lastUsedAnnotationId").text = str(number)
     ET.SubElement(
         root,
@@ -128,8 +125,8 @@ def to_elan(
     for action, id_ in entry_ids.items():
         entry = ET.SubElement(words, "CV_ENTRY_ML", CVE_ID=id_)
         value = ET.SubElement(entry, "CVE_VALUE", DESCRIPTION="", LANG_REF=_LANGUAGE)
-        value.text = _plain(action)
-    return _written(root)
+        value.text = _xml_text(action)
+    return _xml_bytes(root)
 
 
 def to_time_series(demonstration: Demonstration, table: Path) -> bytes:
@@ -140,19 +137,19 @@ def to_time_series(demonstration: Demonstration, table: Path) -> bytes:
         "tracksource",
         {
             "sample-type": "Discontinuous Rate",  # each sample with its own time
-            "source-url": _plain(_url(table)),
+            "source-url": _xml_text(_url(table)),
             "time-column": "0",
         },
     )
     ET.SubElement(source, "property", key="provider", value=_TABLE_READER)
     signals = demonstration.signals[:: _stride(demonstration)]
     for column, channel in enumerate(demonstration.channels):
-        track = ET.SubElement(source, "track", derivative="0", name=_plain(channel.name))
+        track = ET.SubElement(source, "track", derivative="0", name=_xml_text(channel.name))
         ET.SubElement(track, "property", {"key": "detect-range", "value": "true"})
         position = ET.SubElement(track, "sample-position")
         ET.SubElement(position, "pos", row="0", col=str(column + 1))
         ET.SubElement(track, "description")
-        ET.SubElement(track, "units").text = _plain(channel.unit)
+        ET.SubElement(track, "units").text = _xml_text(channel.unit)
         measured = signals[:, column][np.isfinite(signals[:, column])]
         low, high = (measured.min(), measured.max()) if measured.size else (0.0, 1.0)
         ET.SubElement(track, "range", min=f"{low:.6g}", max=f"{high:.6g}")
@@ -160,7 +157,7 @@ def to_time_series(demonstration: Demonstration, table: Path) -> bytes:
         ET.SubElement(track, "color").text = ",".join(
             str(int(colour[place : place + 2], 16)) for place in (1, 3, 5)
         )
-    return _written(root)
+    return _xml_bytes(root)
 
 
 def write_time_series(demonstration: Demonstration, stream: BinaryIO) -> None:
@@ -195,10 +192,10 @@ def _now() -> str:
     return datetime.now(timezone.utc).isoformat(timespec="seconds")
 
 
-def _written(root: ET.Element) -> bytes:
+def _xml_bytes(root: ET.Element) -> bytes:
     ET.indent(root)
-    written: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
-    return written
+    content: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
+    return content
 
 
 def _milliseconds(seconds: float) -> int:
@@ -215,14 +212,14 @@ def _link(header: ET.Element, video: VideoReference, folder: Path) -> None:
     }
     with suppress(ValueError):  # on another drive
         relative = Path(os.path.relpath(path, folder.resolve())).as_posix()
-        link["RELATIVE_MEDIA_URL"] = _plain(relative if relative[0] == "." else f"./{relative}")
+        link["RELATIVE_MEDIA_URL"] = _xml_text(relative if relative[0] == "." else f"./{relative}")
     origin = _milliseconds(float(video.clock.to_device(0.0)))
     if origin:
         link["TIME_ORIGIN"] = str(origin)
     ET.SubElement(header, "MEDIA_DESCRIPTOR", link)
 
 
-def _plain(text: str) -> str:
+def _xml_text(text: str) -> str:
     """The text, once it is known that XML can hold it."""
     if _UNPRINTABLE.search(text):
         raise InputError(f"The name {text!a} holds a character that ELAN files cannot; rename it.")
@@ -281,20 +278,19 @@ class _Document:
         self.media: dict[str, float] = {}
         self.on_force_clock = False
         self.remarks: list[str] = []
-        self._root = False
         self._slots: dict[str, float | None] = {}
         self._tiers: list[_TierElement] = []
         self._values: dict[str, str] = {}  # of controlled vocabularies
         self._entry = ""
         self._annotation = ("", "", "")  # slots and entry of the one that is being read
-        self._text: list[str] | None = None  # of the value that is being read
+        self._text: list[str] = []  # since the last element began
         self._value = ""
         self._parser = parser = expat.ParserCreate()
         parser.buffer_text = True
         parser.StartDoctypeDeclHandler = self._refuse_doctype
-        parser.StartElementHandler = self._start
+        parser.StartElementHandler = self._start_root
         parser.EndElementHandler = self._end
-        parser.CharacterDataHandler = self._add_text
+        parser.CharacterDataHandler = self._text.append
         try:
             with path.open("rb") as file:
                 parser.ParseFile(file)
@@ -343,14 +339,16 @@ class _Document:
     def _refuse_doctype(self, *_: object) -> None:
         raise self._error("it declares a document type, as no ELAN file does")
 
+    def _start_root(self, name: str, attributes: dict[str, str]) -> None:
+        if name != "ANNOTATION_DOCUMENT":
+            raise self._error(f"it is XML of another kind ('{name[:40]}')")
+        self.on_force_clock = attributes.get("AUTHOR") == AUTHOR
+        self._parser.StartElementHandler = self._start
+
     def _start(self, name: str, attributes: dict[str, str]) -> None:
         get = attributes.get
-        if not self._root:
-            if name != "ANNOTATION_DOCUMENT":
-                raise self._error(f"it is XML of another kind ('{name[:40]}')")
-            self._root = True
-            self.on_force_clock = get("AUTHOR") == AUTHOR
-        elif name == "HEADER":
+        self._text.clear()
+        if name == "HEADER":
             if (unit := get("TIME_UNITS", "milliseconds")) != "milliseconds":
                 raise self._error(f"its times are {unit[:40]}, not milliseconds")
         elif name == "MEDIA_DESCRIPTOR":
@@ -369,21 +367,15 @@ class _Document:
             self._tiers[-1].references += 1
         elif name == "CV_ENTRY_ML":
             self._entry = get("CVE_ID", "")
-        elif name in {"ANNOTATION_VALUE", "CVE_VALUE"}:
-            self._text = []
 
     def _end(self, name: str) -> None:
-        if name in {"ANNOTATION_VALUE", "CVE_VALUE"}:
-            self._value, self._text = "".join(self._text or ()), None
-        if name == "CVE_VALUE":
-            self._values.setdefault(self._entry, self._value)
+        if name == "ANNOTATION_VALUE":
+            self._value = "".join(self._text)
+        elif name == "CVE_VALUE":
+            self._values.setdefault(self._entry, "".join(self._text))
         elif name == "ALIGNABLE_ANNOTATION" and self._tiers:
             first, last, entry = self._annotation
             self._tiers[-1].annotations.append((first, last, self._value, entry))
-
-    def _add_text(self, text: str) -> None:
-        if self._text is not None:
-            self._text.append(text)
 
     def _seconds(self, milliseconds: str) -> float:
         if not _TIME.fullmatch(milliseconds):

@@ -163,26 +163,21 @@ class Walk:
             if (part.kind not in "biufS" and not text) or (part.subdtype and len(shape) > 1):
                 self.leave(where, "neither numbers nor text")
                 continue
-            whole = (*shape, *part.shape)
-            codes = h5py.check_enum_dtype(part) or {}
-            names = attributes.texts(_CODES)
+            enumeration = h5py.check_enum_dtype(part) or {}
+            codes = {int(code): str(word) for word, code in enumeration.items()}
             self.arrays.append(
                 Array(
                     where,
-                    whole,
-                    np.dtype(object) if text else self._measured(part.base, attributes),
+                    (*shape, *part.shape),
+                    np.dtype(object if text else float if attributes.scaled else part.base),
                     partial(self.load, data, where, name, attributes),
                     unit=next(iter(attributes.texts(_UNITS)), ""),
                     names=attributes.texts(_NAMES),
-                    codes={int(code): str(name) for name, code in codes.items()}
-                    or dict(enumerate(names)),
+                    codes=codes or dict(enumerate(attributes.texts(_CODES))),
                     rate=rate,
                     chunks=(*(data.chunks or (1,) * len(shape)), *part.shape),
                 )
             )
-
-    def _measured(self, dtype: np.dtype[Any], attributes: Attributes) -> np.dtype[Any]:
-        return np.dtype(np.float64) if attributes.scales() else dtype
 
     def load(
         self,
@@ -194,22 +189,14 @@ class Walk:
         axis: int,
     ) -> NDArray[Any]:
         """A part of a data set as what was measured."""
-        import h5py
-
         stored = min(int(data.id.get_storage_size()), self.size)
-        width = max(data.dtype.itemsize / 8, 1)
         count = math.prod(data.shape)
         if part.start is None and part.stop is not None and axis < data.ndim:
             # The first rows are looked at; what goes on from there reads all of it in the end.
             count = count // max(1, data.shape[axis]) * min(part.stop, data.shape[axis])
-        check_size(path, math.ceil(count * width), stored)
-        if data.chunks:  # a chunk is unpacked as a whole, whatever is read of it
-            check_size(path, math.ceil(math.prod(data.chunks) * width), stored)
-        source = data.fields(member) if member else data
-        kind = data.dtype.fields[member][0] if member else data.dtype
-        if h5py.check_string_dtype(kind) is not None and not member:
-            source = data.asstr(errors="replace")
-        values = np.asarray(cut(source, part, axis))
+        for number in (count, math.prod(data.chunks or ())):  # a chunk is unpacked as a whole
+            check_size(path, number, stored, data.dtype.itemsize)
+        values = np.asarray(cut(data.fields(member) if member else data, part, axis))
         if data.ndim <= axis:  # an axis of the member
             values = cut(values, part, axis)
         if values.dtype == object:
@@ -228,6 +215,10 @@ class Attributes:
     def __init__(self, item: Any) -> None:
         self._item = item
         self._names = tuple(item.attrs)  # asking for each by name takes longer than the rest
+        self._scale, self._offset = self.number(_SCALES), self.number(_OFFSETS)
+        self._missing = self.number(_MISSING)
+        #: Whether the numbers stand for others.
+        self.scaled = (self._scale, self._offset, self._missing) != (None, None, None)
 
     def _value(self, name: str) -> Any:
         """An attribute, where there is one and it is short."""
@@ -259,21 +250,15 @@ class Attributes:
                 return float(value.reshape(-1)[0])
         return None
 
-    def scales(self) -> bool:
-        """Whether the numbers stand for others."""
-        return any(self.number(names) is not None for names in (_SCALES, _OFFSETS, _MISSING))
-
     def measured(self, values: NDArray[Any]) -> NDArray[Any]:
         """The numbers that were measured, in 64 bits where the stored ones stand for others."""
-        if values.dtype.kind not in "iuf" or not self.scales():
+        if values.dtype.kind not in "iuf" or not self.scaled:
             return values
-        missing = self.number(_MISSING)
         result = values.astype(np.float64)
-        if missing is not None:
-            result[values == missing] = np.nan
-        scale, offset = self.number(_SCALES), self.number(_OFFSETS)
-        result *= 1.0 if scale is None else scale
-        result += offset or 0.0
+        if self._missing is not None:
+            result[values == self._missing] = np.nan
+        result *= 1.0 if self._scale is None else self._scale
+        result += self._offset or 0.0
         return result
 
     def rate(self) -> float | None:

@@ -162,13 +162,11 @@ def naming_file(path: Path) -> Iterator[None]:
         sentence = str(error) if path.name in str(error) else f"'{path}': {error}"
         # Who tells it may know a cure of its kind of error.
         raise type(error)(_one_line(sentence)) from error
-    except FileNotFoundError as error:
-        sentence = f"'{path}' does not exist; check its spelling and folder."
-        raise InputError(_one_line(sentence)) from error
     except OSError as error:
-        reason = error.strerror or str(error)
-        sentence = f"'{path}' cannot be read: {reason}; check its rights and its disk."
-        raise InputError(_one_line(sentence)) from error
+        problem = f"cannot be read: {error.strerror or error}; check its rights and its disk."
+        if isinstance(error, FileNotFoundError):
+            problem = "does not exist; check its spelling and folder."
+        raise InputError(_one_line(f"'{path}' {problem}")) from error
 
 
 #: What libraries raise over damaged files; of XML and of headers it is a SyntaxError.
@@ -195,8 +193,9 @@ def naming_damage(path: Path, kind: str, cure: str, *raised: type[BaseException]
         # A place far outside of the file is its own fault; others are the disk's.
         if isinstance(error, OSError) and error.errno not in (None, errno.EINVAL):
             raise
-        text = " ".join(str(error).split()).rstrip(".")[:160] or type(error).__name__
-        raise InputError(f"'{path}' is not a whole {kind} ({text}); {cure}.") from error
+        text = " ".join(str(error).split()).rstrip(".") or type(error).__name__
+        reason = text if len(text) <= 160 else f"{text[:160]}…"
+        raise InputError(f"'{path}' is not a whole {kind} ({reason}); {cure}.") from error
 
 
 def _one_line(text: str) -> str:

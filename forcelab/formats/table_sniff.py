@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import codecs
 import csv
-import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import Enum
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -54,6 +55,10 @@ class CellType(Enum):
     TEXT = "text"
 
 
+#: What rows of data hold, unlike those of headers.
+DATA = (CellType.NUMBER, CellType.STAMP)
+
+
 class NotANumberError(ValueError):
     """The cell at this index of a column holds neither a number nor a word for a missing sample."""
 
@@ -81,26 +86,24 @@ def numbers(cells: Sequence[str], decimal: str = ".") -> NDArray[np.float64]:
     # float() alone would also take "1_000", and a point where the decimal mark is a comma.
     foreign = "_" if decimal == "." else "_."
     joined = "".join(cells)
+    values = None
     if not any(mark in joined for mark in foreign):
         plain = cells if decimal == "." else [cell.replace(",", ".") for cell in cells]
-        try:
+        with suppress(ValueError):  # the careful way below tells missing samples from mistakes
             values = np.fromiter(map(float, plain), np.float64, len(plain))
-        except ValueError:
-            pass  # the careful way below tells missing samples from mistakes
-        else:
-            values[~np.isfinite(values)] = np.nan
-            return values
-    return np.array([_number(i, cell.strip(), decimal) for i, cell in enumerate(cells)], np.float64)
+    if values is None:
+        values = np.array([_number(i, cell.strip(), decimal) for i, cell in enumerate(cells)])
+    values[~np.isfinite(values)] = np.nan
+    return values
 
 
 def _number(index: int, cell: str, decimal: str) -> float:
     """One number, NaN for a missing sample."""
     kind = cell_type(cell, decimal)
     if kind is CellType.NUMBER:
-        value = float(cell.replace(",", "."))
-        return value if math.isfinite(value) else math.nan
+        return float(cell.replace(",", "."))
     if kind is CellType.MISSING:
-        return math.nan
+        return np.nan
     raise NotANumberError(index, cell)
 
 
@@ -160,14 +163,11 @@ def is_unit(text: str) -> bool:
 def _name_and_unit(cell: str) -> tuple[str, str]:
     """Split ``Fx [N]``, ``time (ms)``, ``t/s`` into a name and a unit."""
     cell = cell.strip()
-    bracketed = _BRACKETS.fullmatch(cell)
-    if bracketed:
-        unit = next(group for group in bracketed.groups()[1:] if group is not None).strip()
-        if bracketed[1] and is_unit(unit):
-            return bracketed[1], unit
-    slashed = _SLASH.fullmatch(cell)
-    if slashed and is_unit(slashed[2]):
-        return slashed[1], slashed[2]
+    for match in (_BRACKETS.fullmatch(cell), _SLASH.fullmatch(cell)):
+        name, *units = match.groups("") if match else ("", "")
+        unit = "".join(units).strip()  # which stands in brackets of one kind
+        if name and is_unit(unit):
+            return name, unit
     return cell, ""
 
 
@@ -190,16 +190,18 @@ def name_columns(
         for number, (new, (name, _)) in enumerate(zip(names, split, strict=True), start=1)
         if name and new != name
     ]
-    remarks = []
-    if renamed:
-        remarks.append(f"Columns that repeat a name were renamed: {listed(renamed)}.")
-    return columns, tuple(remarks)
+    remark = f"Columns that repeat a name were renamed: {listed(renamed)}."
+    return columns, (remark,) if renamed else ()
+
+
+def spaced(name: str) -> str:
+    """A name with its words apart, where capitals part them."""
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name.strip())
 
 
 def _words(name: str) -> list[str]:
     """The words of a name in lower case: ``sensorTime_ms`` is sensor, time, ms."""
-    spaced = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name)
-    return [word for word in re.split(r"[\W_]+", spaced.lower()) if word]
+    return [word for word in re.split(r"[\W_]+", spaced(name).lower()) if word]
 
 
 def is_time_name(name: str) -> bool:
@@ -207,9 +209,8 @@ def is_time_name(name: str) -> bool:
     words = _words(name)
     if len(words) > 1 and words[-1] in SECONDS_IN:
         words.pop()
-    if len(words) == 1:
-        named = words[0] in SECONDS_IN and words[0] not in _NO_NAMES
-        return named or _TIME_WORD.fullmatch(words[0]) is not None
+    if len(words) == 1 and words[0] in SECONDS_IN.keys() - _NO_NAMES:
+        return True
     return bool(
         words
         and _TIME_WORD.fullmatch(words[-1])
@@ -236,37 +237,34 @@ def is_label_name(name: str) -> int:
     return _LABEL_WORDS.index(words[-1]) + 1 if words[-1] in _LABEL_WORDS else 0
 
 
-def is_index(column: Column, cells: Sequence[str]) -> bool:
-    """Whether a column only counts its rows: nameless or called so, and whole numbers in step."""
+def is_index(
+    column: Column, cells: Sequence[str], values: NDArray[np.float64] | None = None
+) -> bool:
+    """Whether a column only counts its rows: nameless or called so, and whole numbers in step.
+
+    `cells` are its first ones; all its `values` must go on so. In one that is called so rows may
+    have been taken out since; without a name, what does not go on by one measures something.
+    """
     named = column.named and not _INDEX_WORDS.intersection(_words(column.name))
     if named or len(cells) < 3:
         return False
     if not all(cell_type(cell) is CellType.NUMBER and cell.strip().isdigit() for cell in cells):
         return False
     counts = [int(cell) for cell in cells]
-    return counts == list(range(counts[0], counts[0] + len(counts)))
-
-
-def continues_name(values: NDArray[np.float64], column: Column) -> bool:
-    """Whether a column that starts as :func:`is_index` tells counts its rows to the end.
-
-    In one that is called so rows may have been taken out since; without a name, what does not go
-    on by one measures something.
-    """
-    steps = np.diff(values[~np.isnan(values)])
+    if counts != list(range(counts[0], counts[0] + len(counts))):
+        return False
+    steps = np.diff([] if values is None else values[~np.isnan(values)])
     return bool((steps > 0).all() if column.named else (steps == 1).all())
 
 
 def find_column(columns: Sequence[Column], text: str, role: str, where: str) -> int:
     """The index of a column by its name, whatever its case and unit, else by 1-based number."""
     names = [column.name for column in columns]
-    bare = _name_and_unit(text)[0]
-    for match in (text, bare):
-        if match in names:
-            return names.index(match)
     folded = [name.casefold() for name in names]
-    if bare.casefold() in folded:
-        return folded.index(bare.casefold())
+    bare = _name_and_unit(text)[0]
+    for known, name in ((names, text), (names, bare), (folded, bare.casefold())):
+        if name in known:
+            return known.index(name)
     if text.strip().isdecimal() and 1 <= int(text) <= len(columns):
         return int(text) - 1
     raise InputError(
@@ -306,25 +304,19 @@ class Dialect:
 
     def split(self, rows: Sequence[str]) -> list[list[str]]:
         """Split rows into cells; a ValueError if a quoted cell does not end on its line."""
-        return _split(rows, self.separator)
-
-
-def _split(rows: Sequence[str], separator: str | None) -> list[list[str]]:
-    """Split rows at a separator, quoted cells kept together."""
-    if separator is None:
-        if any('"' in row for row in rows):
-            return [
-                [re.sub(r'^"(.*)"$', r"\1", cell).replace('""', '"') for cell in _QUOTED.findall(r)]
-                for r in rows
-            ]
-        return [row.split() for row in rows]
-    try:
-        cells = list(csv.reader(rows, delimiter=separator, skipinitialspace=separator != "\t"))
-    except csv.Error as error:
-        raise ValueError(str(error)) from error
-    if len(cells) != len(rows):
-        raise ValueError("a quote is not closed")
-    return cells
+        mark = self.separator
+        if mark is None:
+            if not any('"' in row for row in rows):
+                return [row.split() for row in rows]
+            cells = ([re.sub(r'^"(.*)"$', r"\1", c) for c in _QUOTED.findall(row)] for row in rows)
+            return [[cell.replace('""', '"') for cell in row] for row in cells]
+        try:
+            table = list(csv.reader(rows, delimiter=mark, skipinitialspace=mark != "\t"))
+        except csv.Error as error:
+            raise ValueError(str(error)) from error
+        if len(table) != len(rows):
+            raise ValueError("a quote is not closed")
+        return table
 
 
 def encoding_of(path: Path) -> str:
@@ -340,29 +332,24 @@ def encoding_of(path: Path) -> str:
         encoding = _wide(head)
         if encoding:
             return encoding
+        encoding = "utf-8-sig" if head.startswith(codecs.BOM_UTF8) else "utf-8"
         decoder = codecs.getincrementaldecoder("utf-8")()
-        utf8, offset, block = True, 0, head
-        while block:
-            binary = _BINARY.search(block)
-            if binary:
+        offset, block = 0, head
+        while True:
+            if binary := _BINARY.search(block):
                 raise InputError(
                     f"{path} is not a text table: byte {offset + binary.start()} is "
                     f"0x{block[binary.start()]:02x}; export it as CSV."
                 )
             try:
-                if utf8:
-                    decoder.decode(block)
+                if encoding != "latin-1":
+                    decoder.decode(block, final=not block)
             except UnicodeDecodeError:
-                utf8 = False
+                encoding = "latin-1"
+            if not block:
+                return encoding
             offset += len(block)
             block = file.read(_BLOCK)
-        try:
-            decoder.decode(b"", final=True)
-        except UnicodeDecodeError:
-            utf8 = False
-    if not utf8:
-        return "latin-1"
-    return "utf-8-sig" if head.startswith(codecs.BOM_UTF8) else "utf-8"
 
 
 def _wide(head: bytes) -> str | None:
@@ -463,7 +450,7 @@ def detect(rows: Sequence[str], separators: Sequence[str | None] = _SEPARATORS) 
         if separator is None and best and best[1].separator == "\t":
             continue  # blanks between tabs are in names and labels
         try:
-            table = _split(rows, separator)
+            table = Dialect(separator, ".", 0).split(rows)
         except ValueError:
             continue
         # Where commas separate, only a quoted cell can hold a decimal comma.
@@ -488,7 +475,7 @@ def _explain(
         kinds = [cell_type(cell, decimal) for cell in row]
         if separator == "\t" and _numbers_between_blanks(row, kinds, decimal):
             return None
-        data_cells[len(row)] += sum(kind in (CellType.NUMBER, CellType.STAMP) for kind in kinds)
+        data_cells[len(row)] += sum(map(kinds.count, DATA))
         text_cells[len(row)] += kinds.count(CellType.TEXT) if 2 * place >= len(table) else 0
     if not data_cells:
         return None
@@ -563,12 +550,9 @@ def sniff_layout(path: Path) -> Layout:
 
 def _first_decimal_mark(path: Path, encoding: str, skip: int) -> str:
     """The first mark between two digits, for a table that starts with whole numbers only."""
-    for _, rows in lines(path, encoding, skip):
-        for row in rows:
-            mark = re.search(r"\d([.,])\d", row)
-            if mark:
-                return mark[1]
-    return "."
+    rows = chain.from_iterable(rows for _, rows in lines(path, encoding, skip))
+    marks = (re.search(r"\d([.,])\d", row) for row in rows)
+    return next((mark[1] for mark in marks if mark), ".")
 
 
 def find_layout(
@@ -581,14 +565,17 @@ def find_layout(
     before it is the header if it is as wide and holds words there; so is a comment directly before
     it (``# time fx fy``). A line of units may stand between. All before is preamble.
     """
-    rows = _first_section(rows)
+    rows, rate = _vicon_table(rows)
+    sections = rate is not None
     plain = [row for row in rows if not is_comment(row[1])]
-    ends = [k for k, (_, text) in enumerate(plain) if text.startswith(_LABVIEW_END)]
-    # The numbers in LabVIEW's headers tell nothing of the rows below.
-    dialect = detect([text for _, text in plain[ends[-1] + 1 if ends else 0 :]], separators)
+    texts = [text for _, text in plain]
+    # The numbers and quotes in LabVIEW's headers tell nothing of the rows below.
+    below = max((k for k, text in enumerate(texts, 1) if text.startswith(_LABVIEW_END)), default=0)
+    dialect = detect(texts[below:], separators)
     if dialect is None:
         return None
-    table = dialect.split([text for _, text in plain])
+    table = [text.split(dialect.separator) for text in texts[:below]]
+    table += dialect.split(texts[below:])
     complete = [row for row in table if len(row) == dialect.width]
     kinds = column_kinds(complete[len(complete) // 2 :], dialect)
     fits = [_is_data(row, kinds, dialect) for row in table]
@@ -598,10 +585,10 @@ def find_layout(
     sample = tuple(tuple(row) for row, fit in zip(table, fits, strict=True) if fit)
     kinds = column_kinds([row for row in table[first:] if len(row) == dialect.width], dialect)
     above = [line for line in rows if line[0] < plain[first][0] and line[1].strip()]
-    labview = bool(above) and above[0][1].startswith(_LABVIEW)
-    header, units, used = (
-        _labview_header(above, dialect) if labview else _header(above, dialect, kinds, sample)
-    )
+    if above and above[0][1].startswith(_LABVIEW):
+        header, units, used, rate = _labview_header(above, dialect)
+    else:
+        header, units, used = _header(above, dialect, kinds, sample)
     columns, remarks = name_columns(header or [""] * dialect.width, units)
     if not header:
         remarks = ("There is no header; the columns are called by their numbers.", *remarks)
@@ -609,55 +596,40 @@ def find_layout(
     if skipped:
         were = "line before the table was" if len(skipped) == 1 else "lines before the table were"
         remarks = (f"{len(skipped)} {were} skipped.", *remarks)
-    vicon = _vicon_rate(above, header)
-    rate = _labview_rate(above) if labview else vicon
     skip = plain[first][0] - 1
-    return Layout(dialect, columns, kinds, skip, sample, remarks, rate, vicon is not None)
+    return Layout(dialect, columns, kinds, skip, sample, remarks, rate, sections)
 
 
-def _first_section(rows: Sequence[Line]) -> Sequence[Line]:
-    """The lines without further tables, where they are those of a Vicon export."""
-    names = (k for k, (_, text) in enumerate(rows[:10]) if _VICON.match(text))
-    first = next(names, None)
+def _vicon_table(rows: Sequence[Line]) -> tuple[Sequence[Line], float | None]:
+    """Of a Vicon export the lines of its first table, and its samples a second on line 2."""
+    first = next((k for k, (_, text) in enumerate(rows[:10]) if _VICON.match(text)), None)
     if first is None:
-        return rows
-    return rows[: _first_blank([text for _, text in rows], first)]
+        return rows, None
+    texts = [text for _, text in rows]
+    rate = _positive(texts[1].strip(" ,;\t")) if first > 1 else None
+    return rows[: _first_blank(texts, first)], rate
 
 
-def _vicon_rate(above: Sequence[Line], header: Sequence[str]) -> float | None:
-    """The samples a second in a Vicon export, whose second line they are; else None."""
-    if not {"frame", "sub frame"} <= {name.strip().lower() for name in header} or len(above) < 2:
-        return None
-    return _positive(above[1][1].strip(" ,;\t"))
-
-
-def _labview_header(above: Sequence[Line], dialect: Dialect) -> tuple[list[str], list[str], int]:
+def _labview_header(
+    above: Sequence[Line], dialect: Dialect
+) -> tuple[list[str], list[str], int, float | None]:
     """As :func:`_header`, of a LabVIEW measurement: behind the headers' last end.
 
-    The comments at the end of its rows have a name, but most rows have none.
+    Also its samples a second, for one that holds no times. The comments at the end of its rows have
+    a name, but most rows have none.
     """
+    rows = [text.split(dialect.separator) for _, text in above]
+    settings = {row[0]: row for row in rows if len(row) > 1}
+    step = _positive(settings.get("Delta_X", ["", ""])[1].replace(",", "."))
+    rate = 1 / step if step else None
     last = max((i for i, line in enumerate(above) if line[1].startswith(_LABVIEW_END)), default=-1)
-    if not 0 <= last < len(above) - 1:
-        return [], [], 0
-    names = dialect.split([above[last + 1][1]])[0]
+    names = rows[last + 1] if 0 <= last < len(above) - 1 else []
     if len(names) < dialect.width:
-        return [], [], 0
-    rows = dialect.split([text for _, text in above])
-    units = next((row for row in rows if row[:1] == ["Y_Unit_Label"]), [])
-    units = [*units, *[""] * dialect.width][: dialect.width]
+        return [], [], 0, rate
+    units = [*settings.get("Y_Unit_Label", []), *[""] * dialect.width][: dialect.width]
     names = ["time" if name.strip() == "X_Value" else name for name in names[: dialect.width]]
     units = ["s" if name == "time" else unit for name, unit in zip(names, units, strict=True)]
-    return names, units, len(above) - last - 1
-
-
-def _labview_rate(above: Sequence[Line]) -> float | None:
-    """The samples a second of a LabVIEW measurement, for one that holds no times."""
-    for _, text in above:
-        words = text.split()
-        if len(words) > 1 and words[0] == "Delta_X":
-            step = _positive(words[1].replace(",", "."))
-            return 1 / step if step else None
-    return None
+    return names, units, len(above) - last - 1, rate
 
 
 def _positive(text: str) -> float | None:
@@ -670,29 +642,22 @@ def _positive(text: str) -> float | None:
 
 def column_kinds(rows: Sequence[Sequence[str]], dialect: Dialect) -> tuple[CellType, ...]:
     """What each column mostly holds."""
-    result = []
+    kinds = []
     for cells in zip(*rows, strict=True):
-        kinds = [cell_type(cell, dialect.decimal) for cell in cells]
-        present = [kind for kind in kinds if kind is not CellType.MISSING]
-        result.append(CellType.TEXT if present else CellType.MISSING)
-        for kind in (CellType.NUMBER, CellType.STAMP):
-            if present and present.count(kind) >= _MOSTLY * len(present):
-                result[-1] = kind
-    return tuple(result)
+        counts = Counter(cell_type(cell, dialect.decimal) for cell in cells)
+        present = len(cells) - counts[CellType.MISSING]
+        mostly = (kind for kind in DATA if counts[kind] >= _MOSTLY * present)
+        kinds.append(next(mostly, CellType.TEXT) if present else CellType.MISSING)
+    return tuple(kinds)
 
 
 def _is_data(row: Sequence[str], kinds: Sequence[CellType], dialect: Dialect) -> bool:
     """Whether a row holds more numbers than words where most rows hold numbers."""
     if len(row) != len(kinds):
         return False
-    cell_types = [
-        cell_type(cell, dialect.decimal)
-        for cell, kind in zip(row, kinds, strict=True)
-        if kind in (CellType.NUMBER, CellType.STAMP)
-    ]
-    return cell_types.count(CellType.TEXT) < sum(
-        kind in (CellType.NUMBER, CellType.STAMP) for kind in cell_types
-    )
+    pairs = zip(row, kinds, strict=True)
+    found = [cell_type(cell, dialect.decimal) for cell, kind in pairs if kind in DATA]
+    return found.count(CellType.TEXT) < sum(map(found.count, DATA))
 
 
 def _header(

@@ -43,7 +43,7 @@ def blocks(data, cuts=(), rate=1000.0):
     """A stream fed in pieces, each arriving when its last byte does at 16 bytes a sample."""
     packet_stream = PacketStream(rate)
     edges = [0, *sorted({cut % len(data) for cut in cuts} - {0}), len(data)]
-    found = [packet_stream.feed(data[a:b], b / AXES3.frame.size / rate) for a, b in pairwise(edges)]
+    found = [packet_stream.feed(data[a:b], b / AXES3.size / rate) for a, b in pairwise(edges)]
     return [block for block in [*found, packet_stream.flush()] if block is not None], packet_stream
 
 
