@@ -65,6 +65,7 @@ from forcelab.gui.layout import (
     fill_layout,
     push_button,
     resize_on_screen,
+    sentence_label,
     set_enabled_with_reason,
     toned_label,
 )
@@ -142,12 +143,11 @@ class ImportColumns(QWidget):
     """What each column of a table, or array in a file, is read as; shown for one file.
 
     That is the first file at first. `table` has a row for each column: its name, its first cells,
-    the choice, and the size of an array; arrays stand below the group that they are in. What was
-    chosen for a file is proposed for the next one that has the same columns.
+    the choice, and the size of an array; arrays stand below the group that they are in. `rate` is
+    that of files without times. What was chosen for a file is proposed for the next one that has
+    the same columns.
     """
 
-    #: The samples a second that were given for a file of the same build.
-    rate_proposed = Signal(float)
     #: The columns are shown as they are read now.
     previewed = Signal()
 
@@ -158,11 +158,14 @@ class ImportColumns(QWidget):
         self._chosen: dict[str, Use] = {}
         self._units: dict[str, str] = {}
         self._preview = _ColumnPreview()
-        self._rate = 0.0
         self._first = self._proposed = False
         self._waiting = QTimer(self, singleShot=True, interval=_PREVIEW_MS)
         self._waiting.timeout.connect(self._announce_preview)
-        self.heading = QLabel(wordWrap=True)
+        self.rate = QDoubleSpinBox(maximum=1e6, suffix=" Hz")
+        self.rate.setSpecialValueText("from the time column")
+        self.rate.setAccessibleName("Sample rate of files without times")
+        self.rate.valueChanged.connect(self._show_status)
+        self.heading = sentence_label()
         self.others = toned_label("warning")
         self.others.hide()
         self.table = QTableWidget(0, 5)
@@ -200,11 +203,10 @@ class ImportColumns(QWidget):
             self._path = path
             self._fill()
 
-    def options(self, options: ReadOptions) -> ReadOptions:
-        """Add the choices; what was not chosen is found in each file."""
+    def options(self) -> ReadOptions:
+        """The choices; what was not chosen is found in each file."""
         names = {use: name for name, use in self._chosen.items()}
-        return replace(
-            options,
+        return ReadOptions(
             time=names.get("times"),
             counter=names.get("counter"),
             label=names.get("labels"),
@@ -234,12 +236,6 @@ class ImportColumns(QWidget):
         if unit.strip():
             self._units[name] = tidy_name(unit)
 
-    def set_rate(self, rate: float) -> None:
-        """Set the samples a second of files without times; 0 for none."""
-        if rate != self._rate:
-            self._rate = rate
-            self._show_status()
-
     @property
     def uses(self) -> tuple[ColumnUse, ...]:
         """What each column is read as; while the file cannot be read so, what was chosen."""
@@ -264,7 +260,7 @@ class ImportColumns(QWidget):
             self._jobs.cancel(PREVIEW_JOB)
             self._show(_ColumnPreview())
             return
-        chosen = self.options(ReadOptions()) if self._chosen else None
+        chosen = self.options() if self._chosen else None
         same = self._preview.path == self._path and self._preview.found
         known = self._preview if same else None
         self._waiting.start()
@@ -285,7 +281,7 @@ class ImportColumns(QWidget):
             if choice.schema == self._schema:
                 self._proposed, self._chosen, self._units = True, choice.uses, choice.units
                 self._fill()
-                self.rate_proposed.emit(choice.rate)
+                self.rate.setValue(choice.rate)
                 return
         self.setVisible(bool(shown.uses))
         self._fill_table()
@@ -343,7 +339,7 @@ class ImportColumns(QWidget):
     def choice(self) -> FileChoice:
         """What is chosen for files of this schema, to be remembered once they are imported."""
         timed = any(column.use == "times" for column in self.uses)
-        rate = 0.0 if timed else self._rate
+        rate = 0.0 if timed else self.rate.value()
         return FileChoice(self._schema, dict(self._chosen), rate, self._chosen_units)
 
     def _show_status(self) -> None:
@@ -380,7 +376,7 @@ class ImportColumns(QWidget):
     @property
     def _timed(self) -> bool:
         """Whether the times of the samples are known."""
-        rate = self._rate or self._preview.rate
+        rate = self.rate.value() or self._preview.rate
         return bool(rate) or any(column.use == "times" for column in self.uses)
 
     def _file_sentence(self) -> str:
@@ -565,13 +561,12 @@ class ImportDialog(FileDrop, QDialog):
             "MATLAB, HDF5), ROS bags, LeRobot datasets (the folder, or its meta/info.json), XDF, "
             "C3D, TDMS, raw OptoForce dumps, *.pdl, archives of projects"
         )
-        label = QLabel(kinds, wordWrap=True)
-        return fill_layout(QHBoxLayout(), (label, 1), self._pick)
+        return fill_layout(QHBoxLayout(), (sentence_label(kinds), 1), self._pick)
 
     def _form(self) -> QFormLayout:
         """What the files do not say themselves."""
         document = self._document
-        self.open_project_name = QLabel(wordWrap=True, textFormat=Qt.TextFormat.PlainText)
+        self.open_project_name = sentence_label()
         self._task = QComboBox(editable=True)
         self._task.setAccessibleName("Task")
         self._task.addItems(document.project.demonstrations.tasks() if document.project else ())
@@ -579,11 +574,6 @@ class ImportDialog(FileDrop, QDialog):
         self._task.setCurrentText("")
         self._task.currentTextChanged.connect(self._warn)
         self._author = UnsignedCoder(document, ReadOptions().author)
-        self._rate = QDoubleSpinBox(maximum=1e6, suffix=" Hz")
-        self._rate.setSpecialValueText("from the time column")
-        self._rate.setAccessibleName("Sample rate of files without times")
-        self._rate.valueChanged.connect(self.columns.set_rate)
-        self.columns.rate_proposed.connect(self._rate.setValue)
         self.jitter = QDoubleSpinBox(maximum=1e6, decimals=3, suffix=" ms")
         self.jitter.setSpecialValueText("none")
         self.jitter.setAccessibleName("Timestamps may jitter by")
@@ -608,7 +598,7 @@ class ImportDialog(FileDrop, QDialog):
         form.addRow("Episodes of a dataset", self.episodes)
         form.addRow("Task", self._task)
         form.addRow("Coder for unsigned labels", self._author)
-        form.addRow("Sample rate, where files have no times", self._rate)
+        form.addRow("Sample rate, where files have no times", self.columns.rate)
         form.addRow("Timestamps may jitter by", self.jitter)
         form.addRow("Calibration of raw OptoForce dumps", calibration)
         form.addRow("", self.videos)
@@ -755,16 +745,17 @@ class ImportDialog(FileDrop, QDialog):
         except InputError as error:
             self._failed(error)
             return
-        options = ReadOptions(
+        options = replace(
+            self.columns.options(),
             episodes=episodes,
             task=settle_name(self, self._task.currentText(), tasks) or None,
             author=self._author.settle(),
-            rate=self._rate.value() or None,
+            rate=self.columns.rate.value() or None,
             jitter=self.jitter.value() / 1000,
             calibration=Path(calibration) if calibration else None,
             videos=self.videos.isChecked(),
         )
-        options, files = self.columns.options(options), self._listed()
+        files = self._listed()
         loose = _loose_videos(files)
         set_enabled_with_reason(self._go, "Wait until this is imported.")
         self._show_running(True)

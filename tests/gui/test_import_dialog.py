@@ -668,6 +668,14 @@ def test_of_very_many_columns_the_first_are_shown(open_on, tmp_path, monkeypatch
     assert "wide.csv (the first 3 of 9)" in columns.heading.text()
 
 
+def test_the_name_of_a_file_is_no_markup(open_on, tmp_path):
+    path = tmp_path / "<h1>pull.csv"
+    path.write_text("t,fx\n" + "".join(f"{row / 50},{row % 9}\n" for row in range(99)))
+    columns = open_on(path).columns
+    assert "<h1>pull.csv" in columns.heading.text()
+    assert columns.heading.height() < 2 * columns.heading.fontMetrics().height()
+
+
 def test_what_is_in_a_file_of_arrays_is_shown_as_a_tree(open_on, tmp_path):
     dialog = open_on(write_fold(tmp_path / "a.npz"))
     dialog.resize(680, 560)  # too low for all of its rows
