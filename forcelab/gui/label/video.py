@@ -243,10 +243,8 @@ class VideoPanel(PictureView):
     @property
     def message(self) -> str:
         reference = self._reference
-        if self._trouble:
-            return self._trouble
         if self.failed:
-            return self._missing[1]
+            return self._trouble or self._missing[1]
         if self._times is not None and reference is not None and self._requested < 0:
             start = float(reference.clock.to_force(self._times[0]))
             return f"The video begins at {start:.3f} s"
