@@ -86,6 +86,8 @@ _FIELDS: Final = {
     "--jitter": "Timestamps may jitter by",
     "--episodes": "Episodes of a dataset",
 }
+#: What is in the columns of the dialog's table.
+_NAME, _SIZE, _CELLS, _USE, _UNIT = range(5)
 #: Free room above and below a choice, in pixels.
 CELL_PADDING = 3
 #: Columns that are shown at most: each has a list to choose from, which takes its time.
@@ -170,11 +172,10 @@ class ImportColumns(QWidget):
         self.others.hide()
         self.table = QTableWidget(0, 5)
         self.table.setAccessibleName("Columns of the table")
-        self.table.setHorizontalHeaderLabels(["Column", "First cells", "Read as", "Size", "Unit"])
+        self.table.setHorizontalHeaderLabels(["Column", "Size", "First cells", "Read as", "Unit"])
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
-        header.moveSection(3, 1)
+        header.setSectionResizeMode(_CELLS, QHeaderView.ResizeMode.Stretch)
         header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         header.setHighlightSections(False)
         self.table.verticalHeader().hide()
@@ -291,11 +292,11 @@ class ImportColumns(QWidget):
     def _fill_table(self) -> None:
         """Make a row for each column, and one above those of a group of arrays."""
         arrays = any(column.size for column in self.uses)
-        self.table.setColumnHidden(3, not arrays)
+        self.table.setColumnHidden(_SIZE, not arrays)
         signals = (column for column in self.uses if column.use == "signal")
         unit_missing = [c.name for c in signals if self._preview.table and not c.unit]
-        self.table.setColumnHidden(4, not unit_missing)
-        self.table.setHorizontalHeaderItem(0, QTableWidgetItem("Array" if arrays else "Column"))
+        self.table.setColumnHidden(_UNIT, not unit_missing)
+        self.table.setHorizontalHeaderItem(_NAME, QTableWidgetItem("Array" if arrays else "Column"))
         groups: dict[str, list[ColumnUse]] = {"": []}
         shown = self.uses[:MOST_SHOWN]
         for column in shown:
@@ -306,19 +307,19 @@ class ImportColumns(QWidget):
         for group, columns in groups.items():
             if group:
                 self._fill_row(row, (group.rstrip("/."), "", "", ""), bold=True)
-                self.table.removeCellWidget(row, 2)
-                self.table.setSpan(row, 0, 1, 5)
+                self.table.removeCellWidget(row, _USE)
+                self.table.setSpan(row, _NAME, 1, 5)
                 row += 1
             for column in columns:
                 name = column.name.removeprefix(group)
                 name = f"{name} [{column.unit}]" if column.unit else name
-                texts = ("      " * bool(group) + name, "   ".join(column.cells), "", column.size)
+                texts = ("      " * bool(group) + name, column.size, "   ".join(column.cells), "")
                 self._fill_row(row, texts)
-                self.table.setCellWidget(row, 2, _padded(self._choice(column)))
+                self.table.setCellWidget(row, _USE, _padded(self._choice(column)))
                 if column.name in unit_missing:
-                    self.table.setCellWidget(row, 4, _padded(self._unit_line(column.name)))
+                    self.table.setCellWidget(row, _UNIT, _padded(self._unit_line(column.name)))
                 else:
-                    self.table.removeCellWidget(row, 4)
+                    self.table.removeCellWidget(row, _UNIT)
                 row += 1
 
     def _fill_row(self, row: int, texts: Sequence[str], bold: bool = False) -> None:
