@@ -221,11 +221,6 @@ class VideoPanel(PictureView):
         return has_index and (right or self._missing[0] == self._requested)
 
     @property
-    def prepared(self) -> bool:
-        """Whether a jump shows its frame at once: in small, until the frame itself is decoded."""
-        return self._frames is not None and self._frames.prepared
-
-    @property
     def caption(self) -> str:
         times, reference = self._times, self._reference
         name = [reference.name] if reference is not None and self._selection.beside else []
