@@ -50,7 +50,7 @@ def pair_videos(paths: Sequence[Path]) -> tuple[list[Path], dict[Path, dict[str,
     recordings: dict[str, list[Path]] = {}
     for path in paths:
         if not is_video(path):
-            recordings.setdefault(_key(path), []).append(path)
+            recordings.setdefault(path.stem.casefold(), []).append(path)
     candidates: dict[tuple[Path, str], list[Path]] = {}
     for video in filter(is_video, paths):
         # The longest name that a recording has is that of its own.
@@ -97,9 +97,9 @@ def attach_videos(
     stored = _stored_videos(project) if videos else {}
     failures: dict[Path, InputError] = {}
     for path, named in videos.items():
-        recording = result[path][0] if len(result.get(path, ())) == 1 else None
-        if recording is None:
+        if len(result.get(path, ())) != 1:
             continue
+        (recording,) = result[path]
         demonstration, remarks = recording.demonstration, list(recording.remarks)
         attached = list(demonstration.videos)
         present = {*stored.get(demonstration.id, ()), *(video.name for video in attached)}
@@ -133,11 +133,6 @@ def _stored_videos(project: Path) -> dict[str, tuple[str, ...]]:
 
 def is_video(path: Path) -> bool:
     return path.suffix.lower() in _SUFFIXES
-
-
-def _key(path: Path) -> str:
-    """The name that a recording and its video share."""
-    return path.stem.casefold()
 
 
 #: How many files are named that share a remark.
