@@ -22,7 +22,7 @@ from forcelab.errors import InputError
 from forcelab.formats import identify, reading
 from forcelab.formats.archive import unpacking
 from forcelab.formats.calibration import read_calibrations
-from forcelab.formats.label_tables import has_labels_beside
+from forcelab.formats.label_tables import labels_file_beside
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.jobs import Progress, finish, map_progress
 from forcelab.project import AddResult, NewDemonstration, Project
@@ -359,7 +359,7 @@ def _formats_of(files: Iterable[str | os.PathLike[str]]) -> dict[Path, str | Non
             format_ = identify(path)
             formats[key] = format_.name
             several = len(paths) > 1 and format_.columns
-            if several and (labels := has_labels_beside(path)) is not None:
+            if several and (labels := labels_file_beside(path)) is not None:
                 beside.add(os.path.realpath(labels))
     return {paths[key]: name for key, name in formats.items() if key not in beside}
 
