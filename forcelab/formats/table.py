@@ -213,9 +213,10 @@ class Table:
     @property
     def counter(self) -> int | None:
         """The column whose counts stand in for times, where there are none."""
-        if self.roles.time is None and self.roles.counter is None:
-            return min(self.counters, default=None)
-        return self.roles.counter
+        if self.roles.time is not None:
+            return None
+        counters = self.counters  # which refuse what was named and does not count
+        return min(counters, default=None) if self.roles.counter is None else self.roles.counter
 
     def use(self, index: int) -> tuple[Use, str]:
         """What a column is used for, and why it becomes no channel; empty where that is plain."""

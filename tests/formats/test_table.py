@@ -774,8 +774,9 @@ def test_a_counter_that_is_asked_for_stands_before_stamps(counter_table):
     path = counter_table(COUNTS, times=np.arange(NUMBERS.size) / 200)
     recording = read_single(path, rate=100.0, counter="paket")
     np.testing.assert_allclose(recording.demonstration.times, NUMBERS / 100, atol=1e-12)
-    with pytest.raises(InputError, match="'Daumen_x' does not go on by one step"):
-        read_single(path, rate=100.0, counter="Daumen_x")
+    for rate in (100.0, None):
+        with pytest.raises(InputError, match="'Daumen_x' does not go on by one step"):
+            read_single(path, rate=rate, counter="Daumen_x")
     with pytest.raises(InputError, match="'Paket' counts the samples; say how many there are"):
         read_single(path, counter="Paket")
 
