@@ -617,7 +617,7 @@ def find_layout(
 
 def _first_section(rows: Sequence[Line]) -> Sequence[Line]:
     """The lines without further tables, where they are those of a Vicon export."""
-    names = (k for k, (_, text) in enumerate(rows[:10]) if _VICON.match(text))
+    names = (k for k, (_, text) in enumerate(rows) if _VICON.match(text))
     first = next(names, None)
     if first is None:
         return rows
@@ -625,10 +625,14 @@ def _first_section(rows: Sequence[Line]) -> Sequence[Line]:
 
 
 def _vicon_rate(above: Sequence[Line], header: Sequence[str]) -> float | None:
-    """The samples a second in a Vicon export, whose second line they are; else None."""
-    if not {"frame", "sub frame"} <= {name.strip().lower() for name in header} or len(above) < 2:
+    """The samples a second in a Vicon export, the number nearest above its header; else None.
+
+    Before the table there may be one of events, with the frames a second of the cameras.
+    """
+    if not {"frame", "sub frame"} <= {name.strip().lower() for name in header}:
         return None
-    return _positive(above[1][1].strip(" ,;\t"))
+    rates = [_positive(text.strip(" ,;\t")) for _, text in above]
+    return next((rate for rate in reversed(rates) if rate), None)
 
 
 def _labview_header(above: Sequence[Line], dialect: Dialect) -> tuple[list[str], list[str], int]:

@@ -596,6 +596,16 @@ def test_a_vicon_export_has_its_rate_and_its_counters(table):
     assert "More tables follow in the file; only the first one was read." in result
 
 
+def test_a_vicon_export_has_the_rate_of_its_devices_not_of_the_events_before_them(table):
+    events = "".join(f"S01,Left,Foot Strike,{i / 4},The instant\n" for i in range(12))
+    before = f"Events\n100\nSubject,Context,Name,Time (s),Description\n{events}\n"
+    after = "\nTrajectories\n100\n,,a:LFHD,,\nFrame,Sub Frame,X,Y,Z\n,,mm,mm,mm\n"
+    after += "".join(f"{i},0,1.5,2.5,3.5\n" for i in range(1, 900))
+    (recording,) = read(table(before + vicon(range(400), after)), ReadOptions())
+    assert [c.name for c in recording.demonstration.channels] == ["Fx", "Fz"]
+    np.testing.assert_allclose(recording.demonstration.times, np.arange(400) / 1000)
+
+
 def test_frame_and_sub_frame_count_together_wherever_they_stand(table):
     text = vicon(range(400)).split("\n", 3)[3]
     assert "say how many samples" in refusal(table(text))
