@@ -241,6 +241,8 @@ class _Choice:
         self._tree, self._arrays = tree, arrays
         self._usable = [array for array in arrays if array.is_usable]
         self._names: Array | None = None  # the list that names the codes of labels
+        self._headings: list[Array] = []  # lists that name the columns of others
+        self._wrenches: list[Array] = []  # taken for such, although called forces
         if not self._usable:
             why = "; ".join(f"{r[:1].lower()}{r[1:]}".rstrip(".") for r in tree.remarks)
             raise InputError(
@@ -316,7 +318,14 @@ class _Choice:
         requested = [
             array for array in whole if any(self._means(array, name) for name in options.signals)
         ]
-        forces = [a for a in plain if name_forces(a.leaf, a.width(a.length)) != ((), ())]
+        paths = {array.path for array in plain}
+        forces = [
+            array
+            for array in plain
+            if name_forces(array.leaf, array.width(array.length)) != ((), ())
+            # What robomimic also keeps a step later, for learning.
+            and not ("next_obs/" in array.path and array.path.replace("next_obs/", "obs/") in paths)
+        ]
         times = self._named(options.time) or [
             array for array in self._usable if array.is_vector and is_time_name(array.leaf)
         ]
@@ -333,9 +342,10 @@ class _Choice:
             if array in found or values_within(array.path, *options.signals)
         ]
         if not signals:
+            candidates = listed([array.sized() for array in whole]) if whole else self._holds()
             raise InputError(
                 f"'{self._tree.path}' holds no array that is called a force, and it is not plain "
-                f"which are the signals among {self._holds()}; name what is to be read as a "
+                f"which are the signals among {candidates}; name what is to be read as a "
                 f"signal, an array or a group of them (--signal), and the times (--time) or their "
                 f"rate (--rate)."
             )
@@ -424,6 +434,8 @@ class _Choice:
         leaf = array.leaf or "column"
         if given := self._column_names(array, number):
             names = given
+        elif number == 6 and force and re.search("force", array.leaf, re.IGNORECASE):
+            self._wrenches.append(array)
         elif not names or number == 1:
             names = (leaf,) if number == 1 else tuple(f"{leaf} {i + 1}" for i in range(number))
         leaves = tuple((i,) for i in range(number))
@@ -438,10 +450,21 @@ class _Choice:
             for other in self._usable
             if other.is_text and other.is_vector and other.group == array.group
         ]
-        fitting = [other for other in beside if other.length == number != self.rows]
-        lists = [array.names, *(tuple(self._words_of(other)) for other in fitting)]
-        fit = (n for n in lists if len(n) == number == len(set(n)) and all(map(str.strip, n)))
-        return next(fit, ())
+        names = array.names
+        if self._name_each(number, names):
+            return names
+        for other in beside:
+            if other.length == number != self.rows:
+                names = tuple(self._words_of(other))
+                if self._name_each(number, names):
+                    self._headings.append(other)
+                    return names
+        return ()
+
+    @staticmethod
+    def _name_each(number: int, names: Sequence[str]) -> bool:
+        """Whether names are one for each of so many columns."""
+        return len(names) == number == len(set(names)) and all(map(str.strip, names))
 
     @staticmethod
     def _words_of(array: Array) -> list[str]:
@@ -534,7 +557,13 @@ class _Choice:
                 array.path + roles.get(index, "") for index, (array, _) in enumerate(self.parts)
             )
             yield f"Read from {listed(list(names))}."
-        read = [*self.read, self._names]
+        for array in self._wrenches:
+            yield (
+                f"The six columns of '{array.path or 'the array'}' were read as the force and the "
+                f"torque of one sensor, fx to tz; if they are something else, keep a list of their "
+                f"names beside them in the file."
+            )
+        read = [*self.read, self._names, *self._headings]
         others = [array for array in self._arrays if array not in read]
         numbers = [a for a in others if a.is_usable and not a.is_text]
         if numbers:

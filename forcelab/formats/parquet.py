@@ -7,6 +7,7 @@ its fields.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -39,6 +40,9 @@ _STREAM_SUFFIXES: Final = frozenset([".arrow", ".arrows", ".feather", ".ipc"])
 _SAMPLE_ROWS, _BLOCK_ROWS = 400, 1 << 16
 #: Numbers of a vector at most; more are a picture.
 _MOST: Final = 64
+#: How pandas writes the name of a column that has several levels: ``('left', 'fx')``.
+_LEVEL: Final = r"'[^']*'|\d+"
+_LEVELS: Final = re.compile(rf"\((?:{_LEVEL})(?:, (?:{_LEVEL}))+\)")
 #: How deep structures may be nested.
 _DEEPEST: Final = 8
 #: Bytes, and times its size, that a file may always take in memory.
@@ -299,6 +303,9 @@ def _sources(schema: Any, tops: Collection[int], sample: Any) -> tuple[list[_Sou
             left.append(f"{name} ({array.type if len(str(array.type)) < 40 else 'a structure'})")
             return
         start = found[-1].indices.stop if found else 0
+        if _LEVELS.fullmatch(name):
+            levels = [level.strip("'") for level in re.findall(_LEVEL, name)]
+            name = " ".join(filter(None, levels))
         found.append(_Source(top, path, name, width, start))
 
     for top, field in enumerate(schema):

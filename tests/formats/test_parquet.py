@@ -50,6 +50,14 @@ def test_stamps_forces_and_labels_come_out_as_they_went_in(tmp_path, suffix):
     assert labels(recording) == [(round(edges[0], 6), round(edges[1], 6), "grab")]
 
 
+def test_columns_of_several_levels_have_the_names_of_all(tmp_path):
+    levels = ["('time', '')", "('left', 'fx')", "('left', 'fy [N]')", "(2, 'fz')", "(a, b)"]
+    columns = dict(zip(levels, [np.arange(50) / 100, *forces(50, 4).T], strict=True))
+    recording = read_single(write_arrow(tmp_path / "a.parquet", columns))
+    assert names(recording) == ["left fx", "left fy", "2 fz", "(a, b)"]
+    assert recording.demonstration.channels[1].unit == "N"
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_a_table_is_read_as_the_same_table_in_text(tmp_path, seed):
     """Whatever the columns are: same roles, same numbers, same labels, same remarks."""

@@ -574,6 +574,41 @@ class TestRealRecordings:
         assert recording.remarks == ()
 
 
+SIX = "".join(f"{i / 100},{i % 7},{i % 5},{i % 3},{i % 9},{i % 4},{i % 8}\n" for i in range(50))
+BOTH_HANDS = [f"{hand} {axis}" for hand in ("left", "right") for axis in ("fx", "fy", "fz")]
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        ",left,left,left,right,right,right\n,fx,fy,fz,fx,fy,fz\ntime,,,,,,\n",
+        "hand,left,left,left,right,right,right\naxis,fx,fy,fz,fx,fy,fz\ntime,,,,,,\n",
+        ",left,,,right,,\ntime,fx,fy,fz,fx,fy,fz\n",
+        ",left,,,right,,\ntime,fx,fy,fz,fx,fy,fz\ns,,,,,,\n",
+    ],
+)
+def test_a_header_of_two_levels_names_the_sensor_and_its_axes(table, header):
+    recording = load(table(header + SIX))
+    assert [name for name, _ in channels(recording)] == BOTH_HANDS
+    assert recording.remarks == ()
+    assert recording.demonstration.times[1] == 0.01
+
+
+@pytest.mark.parametrize(
+    ("header", "remarks"),
+    [
+        ("a title,,,,,,\ntime,fx,fy,fz,fx,fy,fz\n", ["1 line before", "'fx 2' (column 5)"]),
+        ("a title,,,,,,\ntime,fx,fy,fz,mx,my,\n", ["1 line before", "called column 7"]),
+        ("title,,,,,,\ntime,fx,,,,,\n", ["1 line before", "called column 3, column 4"]),
+    ],
+)
+def test_a_title_above_the_header_is_no_level_of_it(table, header, remarks):
+    recording = load(table(header + SIX))
+    assert recording.demonstration.channels[0].name == "fx"
+    for expected, remark in zip(remarks, recording.remarks, strict=True):
+        assert expected in remark
+
+
 def vicon(samples, after=""):
     """Two forces at 1 kHz beside video at 100 Hz, as Vicon exports them."""
     rows = [f"{i // 10 + 1},{i % 10},{i % 7 / 4},{i % 9 / 4}\n" for i in samples]
