@@ -724,14 +724,25 @@ def preview_layout(
     """What the columns of a table would be read as, from its first rows."""
     roles = roles or choose_roles(layout, options)
     table = _Table(layout, roles, _sample_body(layout, roles))
+    uses = [table.use(index)[0] for index in range(len(layout.columns))]
+    empty = [
+        index
+        for index, column in enumerate(layout.columns)
+        if layout.kinds[index] is CellType.MISSING
+        and (column.named and not column.unit)
+        and index not in roles.left_out | roles.signals
+    ]
+    if "labels" not in uses and len(empty) == 1:
+        # Words that come later will be labels, as most recordings begin without one.
+        uses[empty[0]] = "labels"
     return tuple(
         ColumnUse(
             column.name,
             column.unit,
-            table.use(index)[0],
+            use,
             tuple(cell.strip() for cell in layout.cells(index)[:3]),
         )
-        for index, column in enumerate(layout.columns)
+        for index, (column, use) in enumerate(zip(layout.columns, uses, strict=True))
     )
 
 

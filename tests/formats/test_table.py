@@ -574,6 +574,26 @@ class TestRealRecordings:
         assert recording.remarks == ()
 
 
+@pytest.mark.parametrize(
+    ("header", "expected"),
+    [
+        ("t,fx,Aktion", "labels"),
+        ("t,fx,fz [N]", "left out"),
+        ("t,fx,", "left out"),
+        ("t,fx,note,Aktion", "left out"),
+        ("t,fx,label,Aktion", "left out"),
+    ],
+)
+def test_the_only_column_that_begins_empty_is_proposed_as_labels(table, header, expected):
+    width = header.count(",") - 1
+    rows = [f"{i / 500},{i % 7}{',' * width}" for i in range(1000)]
+    rows += [f"{2 + i / 500},1{',' * width}grab" for i in range(100)]
+    path = table("\n".join([header, *rows]))
+    assert preview(path, ReadOptions())[-1].use == expected
+    if expected == "labels":
+        assert [segment.action for segment in load(path).tracks[0].segments] == ["grab"]
+
+
 SIX = "".join(f"{i / 100},{i % 7},{i % 5},{i % 3},{i % 9},{i % 4},{i % 8}\n" for i in range(50))
 BOTH_HANDS = [f"{hand} {axis}" for hand in ("left", "right") for axis in ("fx", "fy", "fz")]
 
