@@ -67,7 +67,7 @@ class ExportDialog(QDialog):
         form.addRow("Labels by", self.author)
         form.addRow("Format", self.form)
         form.addRow("", self.replacing)
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close, self)
         self.go = buttons.addButton("Export to folder…", QDialogButtonBox.ButtonRole.ActionRole)
         self.go.clicked.connect(self._choose)
         buttons.rejected.connect(self.reject)

@@ -723,7 +723,7 @@ class ImportDialog(FileDrop, QDialog):
         return self._report
 
     def _button_row(self) -> QDialogButtonBox:
-        self._buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        self._buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close, self)
         self._go = self._buttons.addButton("Import", QDialogButtonBox.ButtonRole.ActionRole)
         self._go.clicked.connect(self._import)
         self._buttons.rejected.connect(self.reject)

@@ -94,7 +94,7 @@ class LabelImportDialog(FileDrop, QDialog):
         self._sentences = QScrollArea(widgetResizable=True)
         self._sentences.setWidget(self._text)
         self._sentences.setFixedHeight(LINES * self.fontMetrics().lineSpacing() + 8)
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close, self)
         self.go = buttons.addButton("Import", QDialogButtonBox.ButtonRole.ActionRole)
         self.go.clicked.connect(self._import)
         buttons.rejected.connect(self.reject)

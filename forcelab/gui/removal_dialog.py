@@ -36,7 +36,7 @@ class Removal(QDialog):
             escape_ampersands(others), self
         )  # alone it would be a window for a moment
         self.others.setVisible(bool(others))
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel, self)
         self.remove = buttons.addButton("Remove", QDialogButtonBox.ButtonRole.DestructiveRole)
         self.remove.setAutoDefault(False)
         set_enabled_with_reason(self.remove, _FIRST if others else "")
