@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import math
 import socket
 import threading
 import time
@@ -75,21 +74,17 @@ class Cluster:
         ended: SimpleQueue[Any] = SimpleQueue()
         for future in futures:
             future.add_done_callback(ended.put)
-        for _ in futures:
-            yield self._next(ended)
-
-    def _next(self, ended: SimpleQueue[Any]) -> Any:
-        """The next future that ends."""
-        alone_since = math.inf
-        while True:
+        left, seen = len(futures), time.monotonic()  # when there was a worker
+        while left:
             with suppress(Empty):
-                return ended.get(timeout=LOOK_EVERY)
-            now = time.monotonic()
+                yield ended.get(timeout=LOOK_EVERY)
+                left, seen = left - 1, time.monotonic()
+                continue
             try:
-                alone_since = math.inf if self._present() else min(alone_since, now)
+                seen = time.monotonic() if self._present() else seen
             except OSError as error:
                 raise self._gone() from error
-            if now - alone_since > PATIENCE:  # as long as new ones may take to start
+            if time.monotonic() - seen > PATIENCE:  # as long as new ones may take to start
                 raise ForcelabError(
                     f"No worker of {self.address} is left; start some by 'dask worker "
                     f"{self.address}' and try again."

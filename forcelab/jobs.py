@@ -32,7 +32,7 @@ class Progress:
 
 
 def finish(
-    job: Generator[ProgressT, None, ResultT], watch: Callable[[ProgressT], object] | None = None
+    job: Generator[YieldT, None, ResultT], watch: Callable[[YieldT], object] | None = None
 ) -> ResultT:
     """Run a job to its end and give its result.
 
@@ -55,7 +55,7 @@ def finish(
     """
     result: list[ResultT] = []
 
-    def relayed() -> Iterator[ProgressT]:
+    def relayed() -> Iterator[YieldT]:
         result.append((yield from job))
 
     for progress in relayed():

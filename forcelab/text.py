@@ -28,10 +28,15 @@ def counted(number: int, noun: str) -> str:
     return f"{number:,} {noun}{'s' * (number != 1)}"
 
 
+def were(number: int) -> str:
+    """The verb behind a number of things."""
+    return "was" if number == 1 else "were"
+
+
 def left_out(number: int, what: str) -> str:
     """What was left out, as a sentence begins: ``2 states without length were left out``."""
     noun, *more = re.split("(?= of | that | without )", what, maxsplit=1)
-    return f"{counted(number, noun)}{''.join(more)} {'was' if number == 1 else 'were'} left out"
+    return f"{counted(number, noun)}{''.join(more)} {were(number)} left out"
 
 
 def task_text(task: str) -> str:

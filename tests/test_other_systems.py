@@ -14,7 +14,7 @@ from serial import SerialException
 from serial.tools import list_ports
 
 from forcelab.capture import emulator, journal
-from forcelab.capture.discovery import find_ports, relocate_port
+from forcelab.capture.discovery import find_ports
 from forcelab.capture.save import _free_stem
 from forcelab.capture.serial_port import open_error
 from forcelab.cli import main
@@ -91,8 +91,6 @@ def test_a_port_of_windows_is_judged_by_its_list_not_by_a_file(windows, monkeypa
     monkeypatch.setattr(list_ports, "comports", lambda: [port])
     (found,) = find_ports()
     assert found.usable
-    assert relocate_port(found, [found]) == "COM3"
-    assert relocate_port(found, []) is None
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,8 @@ _EDGE = 0.25  # s by which devices may begin or end apart and be cut to what the
 _STAMPS_AT_ONCE = 1 << 16  # stamps; more would only take memory
 #: Periods apart from which on a sample is missing between neighbours that were stamped evenly.
 _MISSING_PERIODS = 1.5
-_FORCE = re.compile(r"([ft][xyz])(\d*)")
+#: Names of force channels, which have a unit or are raw counts, with the number of their sensor.
+FORCE_NAME = re.compile(r"([ft][xyz])(\d*)")
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +75,7 @@ def align(streams: Sequence[DeviceStream], names: Sequence[str]) -> AlignedChann
             f"Fewer than two samples{of_device} were recorded; look at its channels live first."
         )
     first = streams[lead]
-    host = _make_increasing(first.host)
+    host = make_increasing(first.host)
     begin, end = _shared_time(host, [s for s in streams if not s.holds and len(s.host)])
     within = slice(*np.searchsorted(host, [begin, np.nextafter(end, np.inf)]).tolist())
     if within.stop - within.start < 2:
@@ -95,18 +96,25 @@ def align(streams: Sequence[DeviceStream], names: Sequence[str]) -> AlignedChann
     return AlignedChannels(times, signals, start, lead, within)
 
 
-def _make_increasing(host: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Stamps that go on increasing; two stretches may overlap by a delay.
+def make_increasing(
+    host: NDArray[np.float64], after: float = -np.inf, rate: float = 0.0
+) -> NDArray[np.float64]:
+    """Stamps (s) that go on increasing `after` one; two stretches may overlap by a delay.
 
-    Those that would go back follow the one before by half a period, until they have caught up.
+    Those that would go back follow the one before by half a period, until they have caught up; that
+    is the median one where no `rate` (Hz) is configured.
     """
-    steps = np.diff(host)
-    if not (steps <= 0).any():
+    steps = np.diff(host, prepend=after)
+    if (steps > 0).all():
         return host
-    forward = steps[steps > 0]
-    passed = (0.5 * float(np.median(forward)) if len(forward) else 1e-6) * np.arange(len(host))
-    increasing: NDArray[np.float64] = np.maximum.accumulate(host - passed) + passed
-    return increasing
+    if rate > 0:
+        least = 0.5 / rate
+    else:
+        forward = steps[(steps > 0) & np.isfinite(steps)]
+        least = 0.5 * float(np.median(forward)) if len(forward) else 1e-6
+    passed = least * np.arange(1, len(host) + 1)
+    increasing: NDArray[np.float64] = np.maximum.accumulate(np.maximum(host - passed, after))
+    return increasing + passed
 
 
 def _shared_time(host: NDArray[np.float64], streams: Sequence[DeviceStream]) -> tuple[float, float]:
@@ -129,7 +137,7 @@ def resample(
     out[:] = np.nan
     if len(host_times) == 0:
         return out
-    host_times = _make_increasing(host_times)
+    host_times = make_increasing(host_times)
     if stream.holds:
         after = np.searchsorted(host_times, host, side="right")
         if stream.before:
@@ -154,14 +162,14 @@ def resample(
 
 def channels_of_all(devices: Sequence[Sequence[Channel]]) -> tuple[Channel, ...]:
     """The channels of all devices: ``fx1 fy1 fz1 fx2 ...``, others numbered where they clash."""
-    forces = [c.name for device in devices for c in device if _FORCE.fullmatch(c.name)]
+    forces = [c.name for device in devices for c in device if FORCE_NAME.fullmatch(c.name)]
     clash = len(set(forces)) < len(forces)
     channels: dict[str, Channel] = {}
     sensors = 0
     for device in devices:
         sensors_here = 0
         for channel in device:
-            match = _FORCE.fullmatch(channel.name)
+            match = FORCE_NAME.fullmatch(channel.name)
             name = channel.name
             if match is not None and (clash or not match[2]):
                 number = int(match[2] or 1)

@@ -34,7 +34,7 @@ from forcelab.labels import Track
 
 @dataclass(eq=False)
 class DeviceLog:
-    """The recorded samples and breaks of one device."""
+    """The recorded samples, breaks and markers of one device."""
 
     samples: SampleBuffer
     #: Samples before which it was plugged in again.
@@ -43,26 +43,19 @@ class DeviceLog:
     away: list[tuple[float, float]] = field(default_factory=list)
     #: Whether it was unplugged when the recording ended.
     gone: bool = False
+    #: Times (s, host's clock) and texts of markers.
+    markers: list[tuple[float, str]] = field(default_factory=list)
     _since: float | None = None
 
-    def event(self, record: object, at: float) -> None:
+    def event(self, what: object, at: float) -> None:
         """Note that it was unplugged or plugged in again, or that the recording ended."""
-        if record == UNPLUGGED and self._since is None:
+        if what == UNPLUGGED and self._since is None:
             self._since = at
-        elif record == PLUGGED:
+        elif what == PLUGGED:
             self.breaks.append(len(self.samples))
-            if self._since is not None:
-                self.away.append((self._since, at))
-            self._since = None
-        elif record == ENDED and self._since is not None:
+        if what in (PLUGGED, ENDED) and self._since is not None:
             self.away.append((self._since, at))
-            self._since, self.gone = None, True
-
-    def end(self) -> None:
-        """Note that there are no more records: what is away stays away."""
-        if self._since is not None:
-            self.away.append((self._since, np.inf))
-            self._since, self.gone = None, True
+            self._since, self.gone = None, what == ENDED
 
 
 @dataclass(eq=False)
@@ -73,8 +66,6 @@ class JournalIndex:
     frames: list[NDArray[np.float64]]
     #: Keys of actions that went down or up.
     marks: list[dict[str, Any]]
-    #: Of each device, the times (s, host's clock) and texts of markers.
-    markers: list[list[tuple[float, str]]]
 
 
 def index_records(records: Iterable[Record], columns: Sequence[int], cameras: int) -> JournalIndex:
@@ -82,7 +73,6 @@ def index_records(records: Iterable[Record], columns: Sequence[int], cameras: in
     devices = [DeviceLog(SampleBuffer(number)) for number in columns]
     rows: list[list[float]] = [[] for _ in range(cameras)]
     marks: list[dict[str, Any]] = []
-    markers: list[list[tuple[float, str]]] = [[] for _ in columns]
     for record in records:
         if record.kind == RecordKind.BLOCK and record.device < len(devices):
             devices[record.device].samples.add(record.payload)
@@ -94,14 +84,14 @@ def index_records(records: Iterable[Record], columns: Sequence[int], cameras: in
             if "marker" not in mark:
                 marks.append(mark)
             elif record.device < len(devices):
-                markers[record.device].append((float(mark["at"]), str(mark["marker"])))
+                marker = float(mark["at"]), str(mark["marker"])
+                devices[record.device].markers.append(marker)
         elif record.kind == RecordKind.FRAME and record.device < cameras:
             for stamps in decode_json(record)["frames"]:
                 rows[record.device] += [np.nan if x is None else float(x) for x in stamps]
     for device in devices:
-        device.end()
-    frames = [np.array(row).reshape(-1, 3) for row in rows]
-    return JournalIndex(devices, frames, marks, markers)
+        device.event(ENDED, np.inf)  # what is away stays away
+    return JournalIndex(devices, [np.array(row).reshape(-1, 3) for row in rows], marks)
 
 
 #: Share of a period by which arrivals of a device without a counter may be off before they are
@@ -178,10 +168,10 @@ def assemble(contents: JournalReader, folder: Path) -> AssembledRecording:
     stamps: dict[str, NDArray[Any]] = {"devices": np.array(names, dtype=np.str_)}
     streams, precision = [], 0.0
     for i, (device, log) in enumerate(zip(devices, index.devices, strict=True)):
-        stream, device_precision, kept = _time_samples(device, log, begun)
+        stream, device_precision, raw = _time_samples(device, log, begun)
         streams.append(stream)
         precision = max(precision, device_precision)
-        stamps |= {f"{key}_{i}": values for key, values in kept.items()}
+        stamps |= {f"{key}_{i}": values for key, values in raw.items()}
     aligned = align(streams, names)
     for i, (device, stream) in enumerate(zip(devices, streams, strict=True)):
         if device.channels:
@@ -202,9 +192,9 @@ def assemble(contents: JournalReader, folder: Path) -> AssembledRecording:
     )
     marked = marks_track(index.marks, start, demonstration.end, author)
     tracks = [] if marked is None else [marked]
-    for device, markers in zip(devices, index.markers, strict=True):
-        if markers:
-            found, sentences = _marker_tracks(device.name, markers, start, demonstration)
+    for device, log in zip(devices, index.devices, strict=True):
+        if log.markers:
+            found, sentences = _marker_tracks(device.name, log.markers, start, demonstration)
             tracks += found
             remarks += sentences
     return AssembledRecording(
@@ -223,9 +213,9 @@ def _time_samples(
 ) -> tuple[DeviceStream, float, dict[str, NDArray[Any]]]:
     """A device's samples on the host's clock, to how many seconds, and its raw stamps."""
     block, precision = log.samples.block(), 0.0
-    kept: dict[str, NDArray[Any]] = {"arrived": block.arrived}
+    raw: dict[str, NDArray[Any]] = {"arrived": block.arrived}
     if block.ticks is not None and len(block):
-        kept["ticks"] = block.ticks
+        raw["ticks"] = block.ticks
     host, breaks = block.arrived, np.array(log.breaks, dtype=np.int64)
     if device.holds:
         fitted = None
@@ -234,7 +224,7 @@ def _time_samples(
     else:
         fitted = _fit_device(block, breaks, device.counted, device.rate)
     if fitted is not None:
-        kept["clock"] = np.array([fitted.offset, fitted.rate, fitted.residual])
+        raw["clock"] = np.array([fitted.offset, fitted.rate, fitted.residual])
         host, precision = fitted.host, fitted.residual
     elif len(host) and not (device.holds or device.stamped):
         host, precision = spread_deliveries(host, breaks)
@@ -247,15 +237,15 @@ def _time_samples(
     stream = DeviceStream(
         host,
         block.values,
-        device.holds,
-        fitted is not None,
-        tuple(log.away),
-        before,
-        int(missing.sum()),
-        int(np.count_nonzero(missing)),
-        log.gone,
+        holds=device.holds,
+        even=fitted is not None,
+        away=tuple(log.away),
+        before=before,
+        lost=int(missing.sum()),
+        gaps=int(np.count_nonzero(missing)),
+        gone=log.gone,
     )
-    return stream, precision, kept
+    return stream, precision, raw
 
 
 def _marker_tracks(
@@ -288,7 +278,9 @@ def _assemble_videos(
         if len(frames) and file.is_file():
             # Of two cameras of one model the second has no name of its own.
             own = "" if name in [video.name for video in videos] else name
-            videos.append(VideoReference(file, _video_clock(frames, start), own))
+            # The video's own stamps are made of the arrivals.
+            clock = ClockMap(float(np.median(frames[:, 0] - start - frames[:, 2])))
+            videos.append(VideoReference(file, clock, own))
         elif not len(frames):
             remarks.append(f"{name} gave no picture.")
         remarks += away_remarks(name, frames[:, 0])
@@ -382,8 +374,3 @@ def loss_remark(
             "the recording is shorter by that" if leads else "its channels are empty from then on"
         )
     return f"{' and '.join(sentences)}; {' and '.join(results)}." if sentences else ""
-
-
-def _video_clock(frames: NDArray[np.float64], start: float) -> ClockMap:
-    """From the video's own stamps, which are made of the arrivals, to force time."""
-    return ClockMap(float(np.median(frames[:, 0] - start - frames[:, 2])))

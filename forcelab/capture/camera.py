@@ -137,7 +137,7 @@ _LINKS = Path("/dev/v4l/by-id")  # names that stay with a camera whatever number
 
 
 class Capture(Protocol):
-    """What OpenCV's capture objects do."""
+    """What OpenCV's capture objects do, and can be opened again."""
 
     def read(self) -> tuple[bool, NDArray[np.uint8] | None]:
         """Wait for the next frame: whether there is one, and its picture (blue, green, red)."""
@@ -145,12 +145,15 @@ class Capture(Protocol):
     def get(self, what: int, /) -> float:
         """A property."""
 
+    def reopen(self) -> bool:
+        """Connect anew; gives whether it is back."""
+
     def release(self) -> None:
         """Release the camera."""
 
 
 class OpenCvCamera:
-    """A camera that can be opened again, by its number such as ``"0"`` or its device."""
+    """A camera by its number such as ``"0"`` or its device."""
 
     def __init__(self, name: str) -> None:
         self.which = name
@@ -244,8 +247,7 @@ _RETRY = 1.0  # s between two tries to find it again
 class CameraReader:
     """Reads one open camera in a thread of its own, which alone uses it.
 
-    One that falls silent is looked for, by its `reopen` where it has that, until it is back, and is
-    a gap in its video.
+    One that falls silent is looked for until it is back, and is a gap in its video.
     """
 
     def __init__(self, number: int, capture: Capture, name: str) -> None:
@@ -325,9 +327,8 @@ class CameraReader:
                 self._silent = True
                 self._count.interrupt()
                 self._report(f"{self.name} gives no picture; look at its cable.")
-        reopen = getattr(self._capture, "reopen", None)
-        if reopen is not None and now - self._tried >= _RETRY:
-            reopen()
+        if now - self._tried >= _RETRY:
+            self._capture.reopen()
             self._tried = time.monotonic()
 
     def _picture_arrived(self, arrived: float) -> None:
@@ -345,11 +346,9 @@ class CameraReader:
 
     def _encode(self, picture: NDArray[np.uint8]) -> bytes:
         """A picture as JPEG, in the size that the video has."""
-        size = self._size
-        if size is not None and picture.shape[:2] != size:  # it came back with another one
+        size = self._size = self._size or (picture.shape[0], picture.shape[1])
+        if picture.shape[:2] != size:  # it came back with another one
             picture = opencv().resize(picture, size[::-1])
-        if size is None:
-            self._size = (picture.shape[0], picture.shape[1])
         return encode_jpeg(picture)
 
     def _write(self, jpeg: bytes, arrived: float, stamp: float) -> None:

@@ -327,10 +327,8 @@ class ArrivalClock:
         share = old / self._weight
         self._xx = fade * self._xx + share * dx * dx
         self._xy = fade * self._xy + share * dx * dy
-        self._squares, self._judged_weight = (
-            fade * self._squares + off * off,
-            fade * self._judged_weight + 1.0,
-        )
+        self._squares = fade * self._squares + off * off
+        self._judged_weight = fade * self._judged_weight + 1.0
         self._x += dx / self._weight
         self._y += dy / self._weight
         slope = self._xy / self._xx if self._xx > 0 else 0.0
@@ -339,6 +337,4 @@ class ArrivalClock:
             if not self.learnt:  # until now it was the promise that was off
                 self._squares = self._judged_weight = 0.0
             self.rate, self.learnt = slope, True
-        self.residual = (
-            math.sqrt(self._squares / self._judged_weight) if self._judged_weight else 0.0
-        )
+        self.residual = math.sqrt(self._squares / max(self._judged_weight, 1.0))

@@ -5,8 +5,9 @@ from __future__ import annotations
 import threading
 import time
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,73 +37,6 @@ class Block:
 
     def __len__(self) -> int:
         return len(self.arrived)
-
-
-class Device(Protocol):
-    """A source of samples that is read as time goes on.
-
-    Some have more: ``counted`` (False: its ticks tell torn samples only), ``measured`` (True: its
-    rate was measured by arrivals), ``stamped`` (True: samples bring their times),
-    ``take_markers()`` (times and texts since the last call).
-    """
-
-    @property
-    def name(self) -> str:
-        """Such as ``"optoforce:/dev/ttyACM0"``."""
-
-    @property
-    def channels(self) -> tuple[Channel, ...]:
-        """The columns of its blocks."""
-
-    @property
-    def rate(self) -> float:
-        """Configured samples a second (Hz), 0 where there are none; never used as a clock."""
-
-    @property
-    def holds(self) -> bool:
-        """Whether it sends a sample on change only: the last value holds, and that is no gap."""
-
-    def open(self) -> None:
-        """Connect and configure as if nothing were known of it; a zero is forgotten.
-
-        Raises InputError if it cannot be opened.
-        """
-
-    def reopen(self) -> None:
-        """Connect again after it was unplugged; a ForcelabError while it is not back."""
-
-    def read(self, timeout: float) -> Block | None:
-        """What has arrived after at most `timeout` seconds, if anything; UnpluggedError if gone."""
-
-    def zero(self) -> None:
-        """Take the present readings for zero.
-
-        That holds until the device is zeroed or opened anew, and so over an unplugged cable too.
-        """
-
-    def remarks(self) -> tuple[str, ...]:
-        """What went wrong since the last call, a sentence each."""
-
-    def close(self) -> None:
-        """Release it; closing twice is fine."""
-
-
-class SoftwareZero:
-    """The zero of a device that has none itself: what it read last when it was taken."""
-
-    def __init__(self) -> None:
-        self._latest: NDArray[np.float64] | None = None
-        self._zero: NDArray[np.float64] | float = 0.0
-
-    def apply(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Carry readings, shape (n, c), n >= 1, to this zero."""
-        self._latest = values[-1].copy()
-        return values - self._zero
-
-    def take(self) -> None:
-        """Take the last readings for zero; a channel without one keeps the zero it has."""
-        if self._latest is not None:
-            self._zero = np.where(np.isfinite(self._latest), self._latest, self._zero)
 
 
 ClosableT = TypeVar("ClosableT", bound="Closable")
@@ -161,3 +95,107 @@ class MessageQueue:
         with self._lock:
             messages, self._messages = tuple(self._messages), []
         return messages
+
+
+class SoftwareZero:
+    """The zero of a device that has none itself: the mean of the last samples when it was taken."""
+
+    def __init__(self, samples: int = 1) -> None:
+        self._samples = samples
+        self._latest: NDArray[np.float64] | None = None
+        self._zero: NDArray[np.float64] | float = 0.0
+
+    def apply(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Carry readings, shape (n, c), n >= 1, to this zero."""
+        before = values[:0] if self._latest is None else self._latest
+        self._latest = np.concatenate([before, values[-self._samples :]])[-self._samples :]
+        return values - self._zero
+
+    def take(self) -> None:
+        """Take the last readings for zero; a channel without one keeps the zero it has."""
+        if self._latest is not None:
+            mean = self._latest.mean(axis=0)
+            self._zero = np.where(np.isfinite(mean), mean, self._zero)
+
+
+#: Seconds between two reads at least; the newest sample of each is still a millisecond old at most.
+GATHER_SECONDS = 0.004
+
+
+class ReadPacer:
+    """Keeps reads apart: what arrives meanwhile costs a fraction of reading packet by packet."""
+
+    def __init__(self) -> None:
+        self._next = 0.0
+
+    def wait(self, timeout: float) -> float:
+        """Wait until it is time to read, `timeout` s at most; the seconds left of those."""
+        pause = max(min(self._next - time.monotonic(), timeout), 0.0)
+        time.sleep(pause)
+        return timeout - pause
+
+    def arrived(self) -> float:
+        """Now, when something was read (s, host's monotonic clock)."""
+        now = time.monotonic()
+        self._next = now + GATHER_SECONDS
+        return now
+
+
+class Device(Closable):
+    """A source of samples that is read as time goes on; in one thread at a time."""
+
+    #: Such as ``"optoforce:/dev/ttyACM0"``.
+    name: str
+    #: The columns of its blocks; some are known only once it is open.
+    channels: tuple[Channel, ...] = ()
+    #: Configured samples a second (Hz), 0 where there are none; never used as a clock.
+    rate = 0.0
+    #: Whether `rate` was measured by arrivals: no promise, and good to a hundredth.
+    measured = False
+    #: Whether it sends a sample on change only: the last value holds, and that is no gap.
+    holds = False
+    #: Whether its ticks tell all samples that are missing; else torn ones only.
+    counted = True
+    #: Whether its samples bring their times.
+    stamped = False
+
+    def __init__(self) -> None:
+        self._messages = MessageQueue()
+        self._zero = SoftwareZero()
+
+    @abstractmethod
+    def open(self) -> None:
+        """Connect and configure as if nothing were known of it; a zero is forgotten.
+
+        Raises InputError if it cannot be opened.
+        """
+
+    @abstractmethod
+    def reopen(self) -> None:
+        """Connect again after it was unplugged; a ForcelabError while it is not back."""
+
+    @abstractmethod
+    def read(self, timeout: float) -> Block | None:
+        """What has arrived after at most `timeout` seconds, if anything; UnpluggedError if gone."""
+
+    def zero(self) -> None:
+        """Take the present readings for zero.
+
+        That holds until the device is zeroed or opened anew, and so over an unplugged cable too.
+        """
+        self._zero.take()
+
+    def number_sensors(self, first: int) -> int:
+        """Number its sensors, with which names of channels end, from `first` on; the next number.
+
+        Of a device whose packets tell how many it has, once it is open; others have their names.
+        """
+        return first
+
+    def take_markers(self) -> Sequence[tuple[float, str]]:
+        """Times (s, host's monotonic clock) and texts of the markers since the last call."""
+        return ()
+
+    def remarks(self) -> tuple[str, ...]:
+        """What went wrong since the last call, a sentence each."""
+        return self._messages.take()

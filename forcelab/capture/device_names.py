@@ -30,45 +30,47 @@ def _parse_yes_no(word: str) -> bool:
 #: asks for.
 OPTIONS: Final[dict[str, dict[str, tuple[Callable[[str], Any], str]]]] = {
     "optoforce": {
-        "rate": (float, "a number, such as rate=1000.0"),
-        "filter": (float, "a number, such as filter=15.0"),
+        "rate": (float, "a number, such as rate=1000.0"),  # Hz
+        "filter": (float, "a number, such as filter=15.0"),  # Hz, 0 for none
         "calibration": (Path, "a file"),
         "serial": (str, "a text"),
     },
     "text": {
         "baud": (int, "a number, such as baud=115200"),
-        "rate": (float, "a number, such as rate=80"),
+        "rate": (float, "a number, such as rate=80"),  # Hz
     },
     "encoder": {
-        "scale": (float, "a number, such as scale=1.0"),
+        "scale": (float, "a number, such as scale=1.0"),  # units a count
         "unit": (str, "a text"),
         "channel": (str, "a text"),
-        "rate": (float, "a number, such as rate=512.0"),
+        "rate": (float, "a number, such as rate=512.0"),  # Hz, at most
         "reverse": (_parse_yes_no, "yes or no"),
     },
     "netft": {
         "force": (float, "counts a newton, such as force=1000000"),
         "torque": (float, "counts a Nm, such as torque=1000000"),
-        "rate": (float, "a number, such as rate=1000"),
+        "rate": (float, "a number, such as rate=1000"),  # Hz
     },
+    # A source tells streams of one name apart.
     "lsl": {"source": (str, "a text"), "dejitter": (_parse_yes_no, "yes or no")},
     "replay": {"demonstration": (str, "a text"), "loop": (_parse_yes_no, "yes or no")},
 }
+_MAKERS: Final[dict[str, Callable[..., Device]]] = {
+    "optoforce": OptoForce,
+    "text": TextDevice,
+    "encoder": Encoder,
+    "netft": NetFT,
+    "lsl": LslStream,
+    "replay": RecordedDevice,
+}
 
-AnyDevice = OptoForce | TextDevice | Encoder | NetFT | LslStream | RecordedDevice
 
-
-def parse_device(name: str) -> AnyDevice:
-    """The device that a name means, not yet open: ``KIND:PORT?OPTION=VALUE&...``.
+def parse_device(name: str) -> Device:
+    """The device that a name means, not yet open: ``KIND:PORT?OPTION=VALUE&...``, see `OPTIONS`.
 
     Without a port the only device of that kind is meant; the port of ``netft`` is an address
-    in the network, that of ``lsl`` a stream's name, that of ``replay`` a project.
-    Options are, of ``optoforce``, `rate` (Hz), `filter` (Hz, 0 for none), `calibration` (a file)
-    and `serial`; of ``text`` `baud` and `rate`; of ``encoder`` `scale` (units a count), `unit`,
-    `channel`, `rate` and `reverse` (yes or no); of ``netft`` `force` and `torque` (counts a newton
-    and a newton metre) and `rate`; of ``lsl`` `source` (where several streams have that name) and
-    `dejitter` (yes or no); of ``replay`` `demonstration` (name or id) and `loop` (yes or no). In
-    port and values ``%26`` is an ampersand, ``%3F`` a question mark and ``%25`` a percent sign; see
+    in the network, that of ``lsl`` a stream's name, that of ``replay`` a project. In port and
+    values ``%26`` is an ampersand, ``%3F`` a question mark and ``%25`` a percent sign; see
     :func:`quote_value`.
     """
     kind, colon, rest = name.partition(":")
@@ -79,28 +81,16 @@ def parse_device(name: str) -> AnyDevice:
         )
     port, _, behind = rest.partition("?")
     port, options = unquote(port), _parse_options(name, kind, behind)
-    if kind == "replay":
-        demonstration = options.pop("demonstration", "")
-        if not port or not demonstration:
-            raise InputError(
-                f"'{name}' does not say what to play; write a project and one of its "
-                f"demonstrations, such as replay:lab.forcelab?demonstration=pull-03."
-            )
-        return RecordedDevice(Path(port), demonstration, **options)
-    if kind == "netft":
-        if not port:
-            raise InputError(f"'{name}' has no address; write one, such as netft:192.168.1.1.")
-        return NetFT(port, **options)
-    if kind == "lsl":
-        return LslStream(port, **options)
-    path = port or only_port(kind)
-    if kind == "text":
-        return TextDevice(path, **options)
-    if kind == "encoder":
-        return Encoder(path, **options)
-    if "filter" in options:
-        options["cutoff"] = options.pop("filter")
-    return OptoForce(path, **options)
+    if kind == "replay" and not (port and options.get("demonstration")):
+        raise InputError(
+            f"'{name}' does not say what to play; write a project and one of its "
+            f"demonstrations, such as replay:lab.forcelab?demonstration=pull-03."
+        )
+    if kind == "netft" and not port:
+        raise InputError(f"'{name}' has no address; write one, such as netft:192.168.1.1.")
+    if kind != "lsl":
+        port = port or only_port(kind)
+    return _MAKERS[kind](port, **options)
 
 
 def _parse_options(name: str, kind: str, behind: str) -> dict[str, Any]:
@@ -124,9 +114,9 @@ def _parse_options(name: str, kind: str, behind: str) -> dict[str, Any]:
     return values
 
 
-def parse_devices(names: Sequence[str]) -> list[AnyDevice]:
+def parse_devices(names: Sequence[str]) -> list[Device]:
     """The devices that names mean; InputError if two of them have the same port."""
-    devices: dict[str, AnyDevice] = {}
+    devices: dict[str, Device] = {}
     for name in names:
         device = parse_device(name)
         port = device.name.partition(":")[2]
@@ -154,12 +144,3 @@ def with_calibration(name: str, file: Path | None) -> str:
     if file is not None:
         parts.append(f"calibration={quote_value(str(file))}")
     return "?".join([device, *(["&".join(parts)] if parts else [])])
-
-
-def number_sensors(devices: Sequence[Device]) -> None:
-    """Number the sensors of open devices in this order: no two channels share a name."""
-    first = 1
-    for device in devices:
-        if isinstance(device, OptoForce):
-            device.first = first
-            first += device.sensors

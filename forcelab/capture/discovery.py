@@ -132,16 +132,11 @@ def only_port(kind: str) -> str:
 
 
 def relocate_port(known: FoundPort, ports: Iterable[FoundPort]) -> str | None:
-    """Where a device is now: by its USB serial number, else at its old port; None while away."""
-    present = list(ports)
+    """Where a USB device is now: by its serial number, else at its old port; None while away."""
+    same = (port for port in ports if port.usb == known.usb)
     if known.serial:
-        same = [port for port in present if (port.usb, port.serial) == (known.usb, known.serial)]
-        return same[0].path if same else None
-    if known.usb:
-        return next((p.path for p in present if (p.path, p.usb) == (known.path, known.usb)), None)
-    if any(port.path == known.path for port in present) or os.path.lexists(known.path):
-        return known.path  # Windows has no file of a port; an emulated one is in no list
-    return None
+        return next((port.path for port in same if port.serial == known.serial), None)
+    return next((port.path for port in same if port.path == known.path), None)
 
 
 def _identify(port: Any) -> FoundPort:

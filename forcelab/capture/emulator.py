@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 import select
 import sys
 import threading
@@ -20,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.capture.device import Closable
+from forcelab.capture.optoforce import FILTERS, configure_command, serial_command
 from forcelab.errors import InputError
 from forcelab.formats.optoforce_packets import KINDS, with_checksum
 
@@ -39,8 +41,8 @@ def build_packets(
     kind = next((kind for kind in KINDS if kind.columns == c), None)
     if kind is None:
         raise InputError(f"No OptoForce device sends {c} readings at once; 3, 6 or 12 it must be.")
-    out = np.empty((n, kind.frame.size), dtype=np.uint8)
-    out[:, :4] = np.frombuffer(kind.frame.header, dtype=np.uint8)
+    out = np.empty((n, kind.size), dtype=np.uint8)
+    out[:, :4] = np.frombuffer(kind.header, dtype=np.uint8)
     fields = np.column_stack([counters, status, np.clip(counts, -32_768, 32_767)])
     out[:, 4:-2] = fields.astype(np.uint16).astype(">u2").view(np.uint8).reshape(n, -1)
     sums = out[:, :-2].sum(axis=1, dtype=np.int64)
@@ -333,13 +335,12 @@ class VirtualTextDevice(VirtualSampler):
         return b""
 
 
-#: What the host sends: how it begins, and its whole length in bytes.
-CONFIGURE, CONFIGURE_BYTES = bytes((170, 0, 50, 3)), 9
-IDENTIFY = bytes((171, 0, 18, 8, 0, 197))
+#: What the host sends: to ask for the serial number, and to configure, with what it says behind it.
+_COMMAND = re.compile(
+    re.escape(serial_command()) + b"|" + re.escape(configure_command(0)[:4]) + b".{5}", re.S
+)
 #: Value of the byte for zero that makes the present readings zero.
 ZERO = 255
-#: The filters are numbered 0 to this.
-FILTERS = 6
 #: Status bit of the first reading's overload; those of the next ones follow below it. The counts
 #: from which on a reading is one.
 OVERLOAD, LIMIT = 9, 32_767
@@ -384,24 +385,14 @@ class VirtualOptoForce(VirtualSampler):
     def _answer(self, data: bytes) -> bytes:
         """Answers to whole messages; other bytes are passed over."""
         self._received += data
-        answer = b""
-        while self._received:
-            if self._received.startswith(IDENTIFY):
-                self._received = self._received[len(IDENTIFY) :]
+        answer, end = b"", 0
+        for command in _COMMAND.finditer(self._received):
+            end = command.end()
+            if command[0] == serial_command():
                 answer += with_checksum(bytes((170, 0, 18, 8)) + self._serial.encode("ascii")[:8])
-            elif self._received.startswith(CONFIGURE) and len(self._received) >= CONFIGURE_BYTES:
-                message, self._received = (
-                    self._received[:CONFIGURE_BYTES],
-                    self._received[CONFIGURE_BYTES:],
-                )
-                answer += self._configure(message)
-            elif IDENTIFY.startswith(self._received) or (
-                len(self._received) < CONFIGURE_BYTES
-                and (CONFIGURE.startswith(self._received) or self._received.startswith(CONFIGURE))
-            ):
-                break  # its rest is still to come
             else:
-                self._received = self._received[1:]
+                answer += self._configure(command[0])
+        self._received = self._received[end:][-8:]  # a command has nine bytes at most
         return answer
 
     def _configure(self, message: bytes) -> bytes:
@@ -409,7 +400,7 @@ class VirtualOptoForce(VirtualSampler):
         if with_checksum(message[:-2]) != message:
             return b""
         speed, filtered, zero = message[4:7]
-        valid = filtered <= FILTERS
+        valid = filtered < len(FILTERS)
         if valid:
             now = time.monotonic()
             rate = 1000.0 / speed if speed else 0.0

@@ -15,13 +15,12 @@ from __future__ import annotations
 
 import re
 import time
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.device import Block
+from forcelab.capture.device import Block, SoftwareZero
 from forcelab.capture.discovery import find_ports
 from forcelab.capture.serial_port import LineDevice, LineSplitter, Ports
 from forcelab.demonstration import Channel
@@ -35,7 +34,7 @@ _MODE, _QUADRATURE, _DIRECTION = 0x00, 0x03, 0x04
 _THRESHOLD, _INTERVAL, _CLOCK = 0x0B, 0x0C, 0x0D
 #: The register of the encoder's count.
 COUNT: Final = 0x0E
-_VERSION, _FORMAT = 0x14, 0x15
+_FORMAT = 0x15
 #: LF, CR, clock and blanks in each answer.
 _FULL_FORMAT = 0x0F
 #: Counts for each line of the encoder.
@@ -45,20 +44,6 @@ _ANSWER = re.compile(
     rb"\s*([rwse])\s*([0-9A-F]{2})\s*([0-9A-F]{8})(?:\s*([0-9A-F]{8}))?\s*!?\s*", re.I
 )
 _TURN = 1 << 32
-
-
-@dataclass(frozen=True, slots=True)
-class Reply:
-    #: ``"r"``, ``"w"`` or ``"s"``; ``"e"`` for an error.
-    letter: str
-    register: int
-    #: 0 to 2 ** 32 - 1.
-    value: int
-
-    @property
-    def serial(self) -> str:
-        """Serial number of the device, in the answer to reading register 14."""
-        return str(self.value >> 12)
 
 
 def setup_commands(*, reverse: bool = False, rate: float = CLOCK_RATE) -> tuple[bytes, ...]:
@@ -71,7 +56,6 @@ def setup_commands(*, reverse: bool = False, rate: float = CLOCK_RATE) -> tuple[
         raise InputError(f"The encoder sends at most {CLOCK_RATE:g} counts a second, not {rate:g}.")
     return (
         _write(_FORMAT, _FULL_FORMAT),
-        f"R{_VERSION:02X}\r\n".encode(),
         _write(_MODE, 0),
         _write(_QUADRATURE, _FOUR_A_LINE),
         _write(_DIRECTION, 0x80 if reverse else 0),
@@ -91,8 +75,9 @@ class EncoderParser:
     """Turns the bytes of one QSB-D into counts."""
 
     def __init__(self) -> None:
+        #: How many commands it has refused.
+        self.refused = 0
         self._splitter = LineSplitter()
-        self._replies: list[Reply] = []
         self._count: int | None = None
 
     def feed(self, data: bytes) -> NDArray[np.int64]:
@@ -111,14 +96,8 @@ class EncoderParser:
             if letter in "rs" and register == COUNT:
                 self._count = _unwrap(self._count, value)
                 counts.append(self._count)
-            else:
-                self._replies.append(Reply(letter, register, value))
+            self.refused += letter == "e"
         return np.array(counts, np.int64)
-
-    def take_replies(self) -> list[Reply]:
-        """The answers to other commands since the last call."""
-        replies, self._replies = self._replies, []
-        return replies
 
     def restart(self) -> None:
         """Go on after the cable was plugged in again, when the count may start anew."""
@@ -168,14 +147,12 @@ class Encoder(LineDevice):
         self._commands = setup_commands(rate=rate, reverse=reverse)
         self.rate = rate
         self.channels = (Channel(channel, unit),)
-        #: Its serial number, once it has answered.
-        self.serial: str | None = None
-        self._scale, self._zero, self._count = scale, 0, 0
+        self._scale = scale
         self._parser = EncoderParser()
         self._first: Block | None = None
 
     def open(self) -> None:
-        self._parser, self._zero, self._count, self.serial = EncoderParser(), 0, 0, None
+        self._parser, self._zero = EncoderParser(), SoftwareZero()
         super().open()
 
     def read(self, timeout: float) -> Block | None:
@@ -184,23 +161,16 @@ class Encoder(LineDevice):
             return block
         return self._parse_counts(*self._port.read(timeout))
 
-    def zero(self) -> None:
-        """Take the present opening for zero."""
-        self._zero = self._count
-
     def _parse_counts(self, data: bytes, arrived: float) -> Block | None:
         """The counts in what came."""
+        refused = self._parser.refused
         counts = self._parser.feed(data)
-        for reply in self._parser.take_replies():
-            if reply.letter == "e":
-                self._messages.put(f"{self.name} refused a command; is it a QSB?")
-            elif reply.letter == "r":
-                self.serial = reply.serial
+        if self._parser.refused > refused:
+            self._messages.put(f"{self.name} refused a command; is it a QSB?")
         if not len(counts):
             return None
-        self._count = int(counts[-1])
-        values = self._scale * (counts - self._zero).astype(np.float64)
-        return Block(np.full(len(counts), arrived), None, values[:, None])
+        values = self._scale * self._zero.apply(counts[:, None].astype(np.float64))
+        return Block(np.full(len(counts), arrived), None, values)
 
     def _configure(self) -> None:
         """Have it stream; its first count is kept, as it holds until the next one."""

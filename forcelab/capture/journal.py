@@ -41,17 +41,16 @@ _TICKS, _STATUS = 1, 2
 
 def encode_block(block: Block) -> bytes:
     """A block of samples as the payload of a record."""
-    flags = (_TICKS if block.ticks is not None else 0) | (
-        _STATUS if block.status is not None else 0
+    has_ticks, has_status = block.ticks is not None, block.status is not None
+    arrays = (
+        (block.arrived, "<f8"),
+        (block.ticks, "<i8"),
+        (block.values, "<f8"),
+        (block.status, "<u2"),
     )
-    rows, columns = block.values.shape
-    parts = [_BLOCK.pack(rows, columns, flags), _little_endian(block.arrived, "<f8")]
-    if block.ticks is not None:
-        parts.append(_little_endian(block.ticks, "<i8"))
-    parts.append(_little_endian(block.values, "<f8"))
-    if block.status is not None:
-        parts.append(_little_endian(block.status, "<u2"))
-    return b"".join(parts)
+    head = _BLOCK.pack(*block.values.shape, _TICKS * has_ticks | _STATUS * has_status)
+    parts = (np.asarray(array, kind).tobytes() for array, kind in arrays if array is not None)
+    return b"".join((head, *parts))
 
 
 class SampleBuffer:
@@ -71,9 +70,11 @@ class SampleBuffer:
 
         InputError if its length is not what it says of itself, or it has other channels.
         """
-        if _columns_of(payload) != self._columns:
-            raise InputError("The journal's samples do not fit its channels; record again.")
+        if len(payload) < _BLOCK.size:
+            raise InputError("A block of samples in the journal is too short; record again.")
         rows, columns, flags = _BLOCK.unpack_from(payload)
+        if columns != self._columns:
+            raise InputError("The journal's samples do not fit its channels; record again.")
         has_ticks, has_status = bool(flags & _TICKS), bool(flags & _STATUS)
         if len(payload) != _BLOCK.size + rows * (8 + 8 * has_ticks + 8 * columns + 2 * has_status):
             raise InputError("A block of samples in the journal has a wrong length; record again.")
@@ -92,18 +93,6 @@ class SampleBuffer:
             np.frombuffer(self._ticks, "<i8") if self._has_ticks else None,
             np.frombuffer(self._values, "<f8").reshape(len(self), self._columns),
         )
-
-
-def _columns_of(payload: bytes) -> int:
-    """How many channels a block of samples has, by what it says of itself."""
-    if len(payload) < _BLOCK.size:
-        raise InputError("A block of samples in the journal is too short; record again.")
-    columns: int = _BLOCK.unpack_from(payload)[1]
-    return columns
-
-
-def _little_endian(array: Any, kind: str) -> bytes:
-    return np.ascontiguousarray(array, dtype=kind).tobytes()
 
 
 #: Events of a device.
@@ -189,10 +178,8 @@ class JournalReader:
         pieces = self._source()
         try:
             parts: list[bytes] = []
-            buffered, needed = (
-                0,
-                0.0,
-            )  # bytes that are not in a record yet, and that the next one needs
+            # Bytes that are not in a record yet, and that the next one needs.
+            buffered, needed = 0, 0.0
             for piece in itertools.chain((_after_version(pieces, self._name),), pieces):
                 buffered += len(piece)
                 if needed == math.inf:
@@ -226,10 +213,9 @@ def encode_header(header: dict[str, Any]) -> bytes:
 
 def decode_json(record: Record) -> dict[str, Any]:
     """The JSON object in a record; InputError if it is none."""
-    try:
+    value = None
+    with contextlib.suppress(ValueError, RecursionError):
         value = json.loads(record.payload)
-    except (ValueError, RecursionError) as error:
-        raise InputError("A record of the journal is not what it says; record again.") from error
     if not isinstance(value, dict):
         raise InputError("A record of the journal is not what it says; record again.")
     return value
@@ -397,7 +383,12 @@ class JournalWriter:
             self._file.seek(self._place)  # what was written and not confirmed may be lost
             _write(self._file, (self._unwritten,))
         except OSError as error:
-            self._refuse(error)
+            if not self._refused:
+                self._refused = True
+                self._messages.put(
+                    f"'{self.path}' cannot be written ({error.strerror or error}); the recording "
+                    f"goes on in memory and is written as soon as that is possible."
+                )
             return
         self._place += len(self._unwritten)
         self._unwritten = b""
@@ -470,15 +461,6 @@ class JournalWriter:
                 break
             yield piece
             at += len(piece)
-
-    def _refuse(self, error: OSError) -> None:
-        """Go on in memory, and say so once."""
-        if not self._refused:
-            self._refused = True
-            self._messages.put(
-                f"'{self.path}' cannot be written ({error.strerror or error}); the recording goes "
-                f"on in memory and is written as soon as that is possible."
-            )
 
 
 def _write(file: FileIO, pieces: Iterable[bytes]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -23,13 +24,8 @@ class LiveMarks:
 
     def press(self, action: str, down: bool, now: float) -> None:
         """Note that the key of an action went down or up."""
-        released = self._released
-        if (
-            down
-            and released is not None
-            and released[0] == action
-            and now - released[1] <= AUTOREPEAT_SECONDS
-        ):
+        released, at = self._released or ("", 0.0)
+        if down and released == action and now - at <= AUTOREPEAT_SECONDS:
             self._released = None
             return
         self._settle()
@@ -52,19 +48,10 @@ class LiveMarks:
 
     def track(self, now: float, since: float = 0.0) -> list[Segment]:
         """All segments that end after a time, with the one that grows."""
-        segments = []
-        for segment in reversed(self.segments):
-            if segment.end <= since:
-                break
-            segments.append(segment)
-        segments.reverse()
-        released, released_at = self._released or ("", now)
-        if self._held and released_at > self._since:
-            segments.append(Segment(self._since, released_at, self._held[-1]))
-        below = [action for action in self._held if action != released]
-        if below and now > released_at:
-            segments.append(Segment(released_at, now, below[-1]))
-        return segments
+        ended = copy.copy(self)
+        ended.segments, ended._held = self.segments.copy(), self._held.copy()
+        ended.end(now)
+        return [segment for segment in ended.segments if segment.end > since]
 
     def _settle(self) -> None:
         """Count a key that went up as released, as it has not come down again at once."""

@@ -11,7 +11,6 @@ recording makes labels as those of an XDF file are made.
 from __future__ import annotations
 
 import time
-from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
@@ -20,9 +19,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.device import Block, MessageQueue, SoftwareZero, UnpluggedError
+from forcelab.capture.device import Block, Device, ReadPacer, SoftwareZero, UnpluggedError
 from forcelab.capture.discovery import LIST_HINT
-from forcelab.capture.serial_port import GATHER_SECONDS
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
@@ -79,7 +77,8 @@ def find_streams() -> tuple[FoundStream, ...]:
 
     Empty where the package that reads them is not installed.
     """
-    return deque(search_streams(), maxlen=1).pop()
+    *_, streams = search_streams()
+    return streams
 
 
 def search_streams() -> Iterator[tuple[FoundStream, ...]]:
@@ -117,11 +116,6 @@ def _search(seconds: float) -> Iterator[list[Any]]:
         yield resolver.results()
 
 
-def _resolve(seconds: float) -> list[Any]:
-    """What answers within so many seconds."""
-    return deque(_search(seconds), maxlen=1).pop()
-
-
 def _pylsl() -> Any:
     return load_extra("pylsl", "lsl", "A stream of the Lab Streaming Layer")
 
@@ -138,7 +132,7 @@ def lsl_clock_offset() -> float:
     return min(tries)[1]
 
 
-class LslStream:
+class LslStream(Device):
     """A stream that any program in the network sends.
 
     One of numbers gives samples; one of texts has no channels and gives markers.
@@ -153,9 +147,9 @@ class LslStream:
         With `dejitter` liblsl smooths the stamps of a stream whose sender stamps unevenly what was
         sampled evenly.
         """
-        self._stream, self._source, self._dejitter = stream, source, dejitter
-        self.channels: tuple[Channel, ...] = ()
-        self.rate, self.holds = 0.0, False
+        super().__init__()
+        self._source, self._dejitter = source, dejitter
+        self._name_stream(stream)
         #: Whether its stamps are believed; else they are of a clock that liblsl does not know, and
         #: the samples get the time of their arrival.
         self.stamped = True
@@ -163,15 +157,12 @@ class LslStream:
         self._markers: list[tuple[float, str]] = []
         self._offset = 0.0
         self._last = -np.inf
-        self._next = 0.0
-        self._zero = SoftwareZero()
-        self._messages = MessageQueue()
+        self._pacer = ReadPacer()
 
-    @property
-    def name(self) -> str:
-        """Such as ``"lsl:Forces"``; with its source where that was asked for."""
+    def _name_stream(self, stream: str) -> None:
+        """Be called by a stream, with its source where that was asked for."""
         source = f" ({self._source})" if self._source else ""
-        return f"lsl:{self._stream}{source}"
+        self._stream, self.name = stream, f"lsl:{stream}{source}"
 
     def open(self) -> None:
         """Find the stream, learn its channels, and see that its stamps are of liblsl's clock."""
@@ -203,14 +194,11 @@ class LslStream:
 
     def read(self, timeout: float) -> Block | None:
         """What has arrived; as with a serial port, a few milliseconds are read together."""
-        begun = time.monotonic()
-        pause = min(self._next - begun, timeout)
-        if pause > 0:
-            time.sleep(pause)
+        left = self._pacer.wait(timeout)
         if self._inlet is None:
             raise UnpluggedError(f"{self.name} is not connected.")
         try:
-            first, stamp = self._inlet.pull_sample(max(timeout - max(pause, 0.0), 0.0))
+            first, stamp = self._inlet.pull_sample(left)
             if first is None:
                 return None
             if self.holds and self._last == -np.inf:
@@ -226,22 +214,14 @@ class LslStream:
             raise UnpluggedError(
                 f"{self.name} is gone; start the program that sends it again."
             ) from error
-        now = time.monotonic()
-        self._next = now + GATHER_SECONDS
+        now = self._pacer.arrived()
         values = np.concatenate([[first], self._buffer[: len(stamps)]]).astype(np.float64)
         times = self._times(np.array([stamp, *stamps]), now)
         return Block(times, None, self._zero.apply(values))
 
-    def zero(self) -> None:
-        self._zero.take()
-
     def take_markers(self) -> list[tuple[float, str]]:
-        """Times (s, host's monotonic clock) and texts of the markers since the last call."""
         markers, self._markers = self._markers, []
         return markers
-
-    def remarks(self) -> tuple[str, ...]:
-        return self._messages.take()
 
     def close(self) -> None:
         inlet, self._inlet = self._inlet, None
@@ -262,7 +242,6 @@ class LslStream:
     def _add_marker(self, texts: list[str], stamp: float) -> None:
         (at,) = self._times(np.array([stamp]), time.monotonic()).tolist()
         self._markers.append((at, _one_line(" ".join(texts))))
-        self._next = 0.0
 
     def _times(self, stamps: NDArray[np.float64], now: float) -> NDArray[np.float64]:
         """Stamps on the host's monotonic clock, which never go back; or when they arrived."""
@@ -275,8 +254,9 @@ class LslStream:
     def _connect(self, seconds: float) -> Any:
         """Connect to the only stream that is meant; its whole description."""
         pylsl = _pylsl()
+        *_, infos = _search(seconds)
         inlet = pylsl.StreamInlet(
-            self._choose(_resolve(seconds)),
+            self._choose(infos),
             max_buflen=WAITING_SECONDS,
             recover=False,  # a lost stream is told, and waited for here
             processing_flags=pylsl.proc_clocksync | self._dejitter * pylsl.proc_dejitter,
@@ -308,7 +288,7 @@ class LslStream:
                 f"{cure if source else 'give them names that differ'}."
             )
         info = named[0]
-        self._stream = info.name()
+        self._name_stream(info.name())
         number = info.channel_count() * (info.nominal_srate() or UNKNOWN_RATE)
         if not number <= MOST_VALUES:
             raise InputError(

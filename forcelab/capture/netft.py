@@ -23,8 +23,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.device import Block, MessageQueue, UnpluggedError
-from forcelab.capture.serial_port import GATHER_SECONDS
+from forcelab.capture.device import Block, Device, ReadPacer, SoftwareZero, UnpluggedError
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 
@@ -112,13 +111,12 @@ def _positive(text: str) -> float | None:
     return None
 
 
-class NetFT:
+class NetFT(Device):
     """A Net F/T at an address of the network; not for several threads at once.
 
     A zero is subtracted here, not set in the sensor, whose readings others may use as well.
     """
 
-    holds = False
     channels = tuple(Channel(f"f{axis}", "N") for axis in "xyz") + tuple(
         Channel(f"t{axis}", "Nm") for axis in "xyz"
     )
@@ -135,8 +133,9 @@ class NetFT:
                 raise InputError(f"A Net F/T cannot have {key}={value:g}; give a positive number.")
         if bool(force) != bool(torque):
             raise InputError("Give a Net F/T both force and torque (counts), or neither.")
+        super().__init__()
+        self.name, self._host = f"netft:{host}", host
         self.rate = self._stated_rate = rate
-        self._host = host
         self._stated_counts = force, torque
         self._per_count = np.ones(6)
         self._meanings: Mapping[int, str] = {}
@@ -144,19 +143,11 @@ class NetFT:
         self._internal_rate = INTERNAL_RATE
         self._socket: socket.socket | None = None
         self._stream = RecordStream()
-        self._zero = np.zeros(6)
-        self._recent = np.empty((0, 6))
-        self._last_arrival = self._next = 0.0
-        self._messages = MessageQueue()
-
-    @property
-    def name(self) -> str:
-        """Such as ``"netft:192.168.1.1"``."""
-        return f"netft:{self._host}"
+        self._last_arrival = 0.0
+        self._pacer = ReadPacer()
 
     def open(self) -> None:
         """Learn what a count is worth, start the stream, and see how far its counters step."""
-        self._zero, self._recent = np.zeros(6), np.empty((0, 6))
         self._stream = RecordStream()
         if any(self._stated_counts):
             force, torque = self._stated_counts
@@ -168,6 +159,7 @@ class NetFT:
         except UnpluggedError as error:
             raise InputError(str(error)) from error
         self.rate = self._stated_rate or self._internal_rate / self._stream.step
+        self._zero = SoftwareZero(max(1, round(ZEROING_SECONDS * self.rate)))
 
     def reopen(self) -> None:
         """Start the stream again; UnpluggedError while nothing comes."""
@@ -188,21 +180,11 @@ class NetFT:
             return None
         self._last_arrival = arrived
         ticks, taken = block
-        values = taken["counts"] * self._per_count
-        newest = max(1, round(ZEROING_SECONDS * self.rate))
-        self._recent = np.concatenate([self._recent, values])[-newest:]
+        values = self._zero.apply(taken["counts"] * self._per_count)
         words = taken["status"].astype(np.int64)
         self._report(words[(words & ~_NO_FAULT) != 0], arrived)
         status = np.where(words & self._saturated, _OVERLOAD, 0).astype(np.uint16)
-        return Block(np.full(len(ticks), arrived), ticks, values - self._zero, status)
-
-    def zero(self) -> None:
-        """Take the mean of the last readings for zero."""
-        if len(self._recent):
-            self._zero = self._recent.mean(axis=0)
-
-    def remarks(self) -> tuple[str, ...]:
-        return self._messages.take()
+        return Block(np.full(len(ticks), arrived), ticks, values, status)
 
     def close(self) -> None:
         """Stop its stream; it serves one program at a time."""
@@ -245,7 +227,7 @@ class NetFT:
             port.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, WAITING_BYTES)
             port.connect((self._host, RDT_PORT))
             port.setblocking(False)
-            self._socket, self._next = port, 0.0
+            self._socket = port
             for _ in range(2):  # a request may be lost
                 port.send(_REQUEST.pack(0x1234, _START, 0))
                 until = time.monotonic() + 0.5 * ANSWER_SECONDS
@@ -269,12 +251,10 @@ class NetFT:
         port = self._socket
         if port is None:
             raise UnpluggedError(f"{self.name} is not connected.")
-        begun = time.monotonic()
-        pause = max(min(self._next - begun, timeout), 0.0)
-        time.sleep(pause)
+        left = self._pacer.wait(timeout)
         pieces: list[NDArray[np.void]] = [np.empty(0, _RECORD)]
         try:
-            if select.select([port], [], [], max(timeout - pause, 0.0))[0]:
+            if select.select([port], [], [], left)[0]:
                 with suppress(BlockingIOError):
                     while len(pieces) < AT_ONCE:
                         data = port.recv(1 << 16)
@@ -283,9 +263,7 @@ class NetFT:
                             self._remark_size(len(data))
         except OSError as error:
             raise UnpluggedError(f"{self.name} is gone ({error}).") from error
-        arrived = time.monotonic()
-        self._next = arrived + GATHER_SECONDS
-        return np.concatenate(pieces), arrived
+        return np.concatenate(pieces), self._pacer.arrived()
 
     def _remark_size(self, size: int) -> None:
         self._messages.put_once(

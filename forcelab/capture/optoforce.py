@@ -7,17 +7,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
-from typing import Final, Protocol
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.device import Block, UnpluggedError
+from forcelab.capture.device import Block, Device, UnpluggedError
 from forcelab.capture.discovery import optoforce_ports
-from forcelab.capture.serial_port import Port, PortDevice
-from forcelab.demonstration import Channel
+from forcelab.capture.serial_port import PortDevice
 from forcelab.errors import InputError
 from forcelab.formats.calibration import Calibration, channels_of, read_calibrations
 from forcelab.formats.optoforce_packets import (
@@ -30,6 +29,9 @@ from forcelab.formats.optoforce_packets import (
     status_sentences,
     with_checksum,
 )
+
+if TYPE_CHECKING:
+    from forcelab.capture.reader import DeviceState
 
 BAUD: Final = 1_000_000
 #: Cut-off frequencies of the built-in low-pass filter in Hz, by code; 0 Hz is no filter.
@@ -74,17 +76,17 @@ def serial_command() -> bytes:
 
 
 class PacketStream:
-    """Turns the bytes of one DAQ into blocks of samples, of counts where it has no calibration.
+    """Turns the bytes of one DAQ into blocks of samples, whose values are counts.
 
     The first few samples are withheld until the usual step of the counter is known; they come with
     the first block then. A sample that came twice is dropped.
     """
 
-    def __init__(self, rate: float, calibration: Calibration | None = None) -> None:
-        self.rate, self.calibration = rate, calibration
-        self._parser = Parser()
+    def __init__(self, rate: float) -> None:
+        self.parser = Parser()
+        self._rate = rate
         self._unwrapper: Unwrapper | None = None
-        self._step: int | None = None
+        self._learning = True  # what the step is
         self._withheld: list[tuple[Packets, NDArray[np.float64]]] = []
         self._arrived = 0.0  # the last bytes
 
@@ -93,92 +95,51 @@ class PacketStream:
         """How many samples were dropped, as the counter had not gone on since the one before."""
         return 0 if self._unwrapper is None else self._unwrapper.doubled
 
-    def take_replies(self) -> list[Reply]:
-        """The DAQ's answers since the last call."""
-        return self._parser.take_replies()
-
     def feed(self, data: bytes, arrived: float) -> Block | None:
         """The samples that are complete with these bytes, read at `arrived` (s); None without."""
-        packets, self._arrived = self._parser.feed(data), arrived
-        if not len(packets):
-            return None
-        self._withheld.append((packets, np.full(len(packets), arrived)))
-        if self._step is None:
-            counts = np.concatenate([packets.counts for packets, _ in self._withheld])
-            step, share = modal_step(counts)
-            if len(counts) <= (_LEARN if share >= _SHARE else _LEARN_ANYHOW):
-                return None
-            self._set_step(step)
-        return self._release()
+        self._arrived = arrived
+        return self._take(self.parser.feed(data))
 
     def flush(self) -> Block | None:
-        """What is still withheld or unfinished, as nothing follows; None if there is nothing.
+        """What is still withheld or unfinished, as nothing follows; None if there is nothing."""
+        return self._take(self.parser.finish(), final=True)
 
-        Afterwards the stream may be fed again, as after a cable was plugged in once more.
+    def restart(self, parser: Parser) -> None:
+        """Go on with another parser, and learn the step anew: the DAQ was plugged in again.
+
+        Ticks go on: the host's clock decides how many samples are missing in between.
         """
-        packets = self._parser.finish()
+        self.parser, self._learning, self._withheld = parser, True, []
+
+    def _take(self, packets: Packets, *, final: bool = False) -> Block | None:
+        """These packets and those that are withheld as a block, once the step is known."""
         if len(packets):
             self._withheld.append((packets, np.full(len(packets), self._arrived)))
         if not self._withheld:
             return None
-        if self._step is None:
-            self._set_step(modal_step(np.concatenate([p.counts for p, _ in self._withheld]))[0])
-        return self._release()
-
-    def restart(self, rate: float) -> None:
-        """Learn the step anew, as after the DAQ was plugged in again.
-
-        Ticks go on: the host's clock decides how many samples are missing in between. Call
-        :meth:`flush` first, or what is withheld counts as having come afterwards. `rate` is the
-        same as before, or ticks and samples would not go together any more.
-        """
-        self.rate, self._step = rate, None
-
-    def _set_step(self, step: int) -> None:
-        self._step = step
-        if self._unwrapper is None:
-            self._unwrapper = Unwrapper(step, self.rate)
-        else:
-            self._unwrapper.resume(step, self.rate)
-
-    def _release(self) -> Block | None:
-        """The withheld packets as a block."""
-        pieces, self._withheld = self._withheld, []
+        counters = np.concatenate([packets.counts for packets, _ in self._withheld])
+        if self._learning:
+            step, share = modal_step(counters)
+            if not final and len(counters) <= (_LEARN if share >= _SHARE else _LEARN_ANYHOW):
+                return None
+            self._learning = False
+            if self._unwrapper is None:
+                self._unwrapper = Unwrapper(step, self._rate)
+            else:
+                self._unwrapper.resume(step, self._rate)
         assert self._unwrapper is not None
+        pieces, self._withheld = self._withheld, []
         arrived = np.concatenate([arrived for _, arrived in pieces])
-        unwrapped = self._unwrapper.feed(np.concatenate([p.counts for p, _ in pieces]), arrived)
+        unwrapped = self._unwrapper.feed(counters, arrived)
         valid = unwrapped.is_new
         if not valid.any():
             return None
-        counts = np.concatenate([p.values for p, _ in pieces])[valid]
-        status = np.concatenate([p.status for p, _ in pieces])[valid]
-        calibrated = self.calibration.apply(counts) if self.calibration else counts.astype(float)
-        return Block(arrived[valid], unwrapped.ticks, calibrated, status)
+        values = np.concatenate([packets.values for packets, _ in pieces])[valid]
+        status = np.concatenate([packets.status for packets, _ in pieces])[valid]
+        return Block(arrived[valid], unwrapped.ticks, values.astype(np.float64), status)
 
 
-@dataclass(frozen=True)
-class Tare(Calibration):
-    """The calibration of a DAQ that has forgotten its zero, at which it reads `offset` counts."""
-
-    offset: NDArray[np.float64]
-
-    def apply(self, counts: NDArray[np.int16]) -> NDArray[np.float64]:
-        """Carry counts, shape (n, c), to the unit of the channels, from the zero on."""
-        net = counts - self.offset
-        return net * np.where(net < 0, self.negative, self.positive)
-
-
-class _Described(Protocol):
-    """A device, or its state."""
-
-    @property
-    def name(self) -> str: ...
-
-    @property
-    def channels(self) -> Sequence[Channel]: ...
-
-
-def sends_raw_counts(device: _Described) -> bool:
+def sends_raw_counts(device: Device | DeviceState) -> bool:
     """Whether an open device is an OptoForce DAQ without a calibration."""
     return device.name.startswith("optoforce:") and any(not c.unit for c in device.channels)
 
@@ -189,49 +150,6 @@ def uncalibrated_warning(name: str, cure: str = "give ?calibration=FILE") -> str
         f"{name} is not calibrated: its forces are recorded as raw counts, which do not compare "
         f"with newtons; {cure}."
     )
-
-
-class CommandChannel:
-    """Questions and answers between packets of data, which are passed over."""
-
-    def __init__(self, port: Port) -> None:
-        self._port, self._parser = port, Parser()
-        self._tail = b""
-
-    @property
-    def unfinished(self) -> bytes:
-        """The unfinished packet at the end of what was read."""
-        pending = self._parser.pending
-        return self._tail[-pending:] if pending else b""
-
-    def ask(self, message: bytes, is_answer: Callable[[Reply], bool]) -> Reply | None:
-        """Send a message, once more if no answer comes; the answer, or None."""
-        for _ in range(2):
-            self._port.write(message)
-            until = time.monotonic() + ANSWER_SECONDS / 2
-            while time.monotonic() < until:
-                self._read()
-                answers = [reply for reply in self._parser.take_replies() if is_answer(reply)]
-                if answers:
-                    return answers[-1]
-        return None
-
-    def read_kind(self) -> SensorKind:
-        """The kind of its packets."""
-        until = time.monotonic() + ANSWER_SECONDS
-        while self._parser.kind is None:
-            if time.monotonic() > until:
-                raise InputError(
-                    f"The device at {self._port.path} sends no OptoForce packets; check that it "
-                    f"is a DAQ, and that its sensors are plugged in."
-                )
-            self._read()
-        return self._parser.kind
-
-    def _read(self) -> None:
-        data, _ = self._port.read(0.05)
-        self._parser.feed(data)
-        self._tail = (self._tail + data)[-64:]
 
 
 class OptoForce(PortDevice):
@@ -248,75 +166,63 @@ class OptoForce(PortDevice):
         path: str,
         *,
         rate: float = 1000.0,
-        cutoff: float = 15.0,
+        filter: float = 15.0,  # noqa: A002 - as --device calls it
         calibration: Path | None = None,
         serial: str | None = None,
-        first: int = 1,
         ports: Callable[[], Sequence[str]] = optoforce_ports,
     ) -> None:
-        """`rate` is 1000 / n Hz, `cutoff` (Hz, 0 for none) that of its filter.
+        """`rate` is 1000 / n Hz, `filter` (Hz, 0 for none) the cut-off frequency of its filter.
 
         The file `calibration` says how many newtons a count is; without it the readings are counts.
         Any DAQ with another `serial` is refused; by default the one that is found first is
-        remembered. The names of its channels end with the numbers of its sensors, from `first` on;
-        it may be at one of `ports` after it was plugged in again.
+        remembered. It may be at one of `ports` after it was plugged in again.
         """
-        if cutoff not in FILTERS:
+        if filter not in FILTERS:
             raise InputError(
-                f"An OptoForce DAQ has no filter of {cutoff:g} Hz; choose one of "
+                f"An OptoForce DAQ has no filter of {filter:g} Hz; choose one of "
                 f"{', '.join(f'{cutoff:g}' for cutoff in FILTERS)} (0 is none)."
             )
-        self.rate = rate
-        self.serial = serial
-        self.first = first
         super().__init__(path, BAUD)
+        self.rate, self.serial = rate, serial
         if not rate > 0:
             raise InputError(f"An OptoForce DAQ needs a rate above zero, not {rate:g}.")
-        self._speed, self._filter = speed_code(rate), FILTERS.index(cutoff)
+        self._speed, self._filter = speed_code(rate), FILTERS.index(filter)
         self._calibrations = None if calibration is None else read_calibrations(calibration)
         self._calibration: Calibration | None = None
         self._ports = ports
         self._kind: SensorKind | None = None
+        self._first = 1  # number of its first sensor
         self._stream = PacketStream(rate)
         self._offset: NDArray[np.float64] | None = None
         self._zeroed = 0  # the connection in which the DAQ was zeroed; after it, it is not any more
-        self._unparsed = b""
 
-    @property
-    def channels(self) -> tuple[Channel, ...]:
-        """Such as ``fx1 fy1 fz1``; none before it was opened, as its packets tell how many."""
-        if self._kind is None:
-            return ()
-        return channels_of(self._kind, calibrated=self._calibrations is not None, first=self.first)
-
-    @property
-    def sensors(self) -> int:
-        """How many sensors its packets tell of; 0 before it was opened."""
-        return self._kind.sensors if self._kind else 0
+    def number_sensors(self, first: int) -> int:
+        assert self._kind is not None  # it is open
+        self._first = first
+        self.channels = channels_of(
+            self._kind, calibrated=self._calibrations is not None, first=first
+        )
+        return first + self._kind.sensors
 
     def open(self) -> None:
-        """Connect, learn what it is, and configure it."""
         self._stream, self._offset = PacketStream(self.rate), None
         super().open()
 
     def read(self, timeout: float) -> Block | None:
-        """What has arrived."""
         try:
             data, arrived = self._port.read(timeout)
         except UnpluggedError:
             self._port.close()
             withheld = self._stream.flush()
             if withheld is not None:
-                return withheld  # the next call says that it is gone
+                return self._calibrated(withheld)  # the next call says that it is gone
             raise
-        if self._unparsed:
-            data, self._unparsed = self._unparsed + data, b""
         if not data:
             self._report_silence()
             return None
         repeated = self._stream.repeated
         block = self._stream.feed(data, arrived)
-        for reply in self._stream.take_replies():
+        for reply in self._stream.parser.take_replies():
             if reply.code:
                 self._messages.put(
                     f"{self._display_name()} refused a configuration (code {reply.code})."
@@ -336,13 +242,12 @@ class OptoForce(PortDevice):
         self._last_arrival = arrived
         if block.status is not None:
             self._report_status(block.status[block.status != 0], arrived)
-        return block
+        return self._calibrated(block)
 
     def zero(self) -> None:
         """Take the present readings for zero; samples that come meanwhile are dropped."""
         self._offset = None
-        self._send_configuration(configure_command(self._speed, self._filter, 0))
-        self._stream.calibration = None
+        self._configure_zero(0)
         readings: list[NDArray[np.float64]] = []
         until = time.monotonic() + ANSWER_SECONDS
         needed = max(1, round(ZEROING_SECONDS * self.rate))
@@ -350,10 +255,9 @@ class OptoForce(PortDevice):
             block = self._stream.feed(*self._port.read(0.1))
             if block is not None:
                 readings.append(block.values)
-        self._send_configuration(configure_command(self._speed, self._filter, 255))
+        self._configure_zero(255)
         if readings:
             self._offset, self._zeroed = np.concatenate(readings).mean(axis=0), self.connections
-        self._calibrate()
 
     def _display_name(self) -> str:
         return f"OptoForce DAQ {self.serial}" if self.serial else f"The DAQ at {self._path}"
@@ -363,71 +267,91 @@ class OptoForce(PortDevice):
         others = [path for path in self._ports() if path != self._path] if self.serial else []
         return (self._path, *others)
 
-    def _connect(self, path: str) -> None:
-        """Connect, and let the stream give what this connection's zero makes of it."""
-        super()._connect(path)
-        self._calibrate()
-
     def _configure(self) -> None:
         """Learn which DAQ this is, and configure it if it is the right one."""
-        commands, where = CommandChannel(self._port), self._port.path
-        reply = commands.ask(serial_command(), lambda reply: reply.serial is not None)
+        parser, where = Parser(), self._port.path
+        reply = self._ask(parser, serial_command(), lambda reply: reply.serial is not None)
         serial = reply.serial if reply else None
         if self.serial is not None and serial != self.serial:
             raise InputError(
                 f"The device at {where} is {serial or 'one without a serial number'}, not "
                 f"OptoForce DAQ {self.serial}; name the port that this one is at."
             )
-        code = commands.ask(
-            configure_command(self._speed, self._filter, 0), lambda reply: reply.code is not None
-        )
-        kind = commands.read_kind()
+        code = self._ask_to_configure(parser, 0)
+        kind = self._read_kind(parser)
         if self.connections and kind != self._kind:
             raise InputError(f"The device at {where} has other sensors; connect it anew.")
         if self._calibrations is not None:
             self._calibration = self._calibrations.find(serial, kind)
-        self._kind, self.serial, self._unparsed = kind, serial, commands.unfinished
-        if self.connections:
-            self._stream.flush()
-            self._stream.restart(self.rate)
+        self._kind, self.serial = kind, serial
+        self.number_sensors(self._first)
+        self._stream.restart(parser)
         name = self._display_name() if serial else f"The DAQ at {where}"
         if serial is None:
             self._messages.put(
                 f"{name} does not tell its serial number; after unplugging it is looked for at "
                 f"the same port only."
             )
-        if code is None or code.code:
-            why = "did not confirm" if code is None else f"refused (code {code.code})"
+        if code != 0:
+            why = "did not confirm" if code is None else f"refused (code {code})"
             self._messages.put(f"{name} {why} its configuration.")
 
-    def _calibrate(self) -> None:
-        """Let the stream give what the channels promise."""
-        calibration = self._calibration
-        if self._offset is not None and self._zeroed != self.connections:
-            ones = np.ones(len(self._offset))
-            sheet = calibration or Calibration("counts", ones, ones)
-            calibration = Tare(sheet.source, sheet.positive, sheet.negative, self._offset)
-        self._stream.calibration = calibration
+    def _calibrated(self, block: Block) -> Block:
+        """A block of counts in the unit of the channels, from the zero on."""
+        values = block.values
+        if self._offset is not None and self._zeroed != self.connections:  # it has forgotten that
+            values = values - self._offset
+        if self._calibration is not None:
+            values = self._calibration.apply(values)
+        return replace(block, values=values)
 
-    def _send_configuration(self, message: bytes) -> None:
-        """Send a configuration, and drop what comes until it is confirmed."""
-        self._port.write(message)
+    def _ask(
+        self, parser: Parser, message: bytes, is_answer: Callable[[Reply], bool]
+    ) -> Reply | None:
+        """Send a message, once more if no answer comes; the answer, or None.
+
+        Packets that come meanwhile are dropped.
+        """
+        parser.take_replies()  # what was answered before is no answer to this
+        for _ in range(2):
+            self._port.write(message)
+            until = time.monotonic() + ANSWER_SECONDS / 2
+            while time.monotonic() < until:
+                data, arrived = self._port.read(0.05)
+                parser.feed(data)
+                answers = [reply for reply in parser.take_replies() if is_answer(reply)]
+                if answers:
+                    self._last_arrival = arrived
+                    return answers[-1]
+        return None
+
+    def _ask_to_configure(self, parser: Parser, zero: int) -> int | None:
+        """Configure it; the code that it answers, 0 if it accepts, or None."""
+        command = configure_command(self._speed, self._filter, zero)
+        reply = self._ask(parser, command, lambda reply: reply.code is not None)
+        return None if reply is None else reply.code
+
+    def _configure_zero(self, zero: int) -> None:
+        """Have it take its readings for zero (255), or forget that (0)."""
+        code = self._ask_to_configure(self._stream.parser, zero)
+        if code is None:
+            self._messages.put(
+                f"{self._display_name()} did not confirm that it was zeroed; zero it again."
+            )
+        elif code:
+            self._messages.put(f"{self._display_name()} refused to be zeroed (code {code}).")
+
+    def _read_kind(self, parser: Parser) -> SensorKind:
+        """The kind of its packets."""
         until = time.monotonic() + ANSWER_SECONDS
-        while time.monotonic() < until:
-            data, arrived = self._port.read(0.1)
-            self._stream.feed(self._unparsed + data, arrived)
-            self._unparsed = b""
-            codes = [reply.code for reply in self._stream.take_replies() if reply.code is not None]
-            if codes:
-                self._last_arrival = arrived
-                if codes[-1] != 0:
-                    self._messages.put(
-                        f"{self._display_name()} refused to be zeroed (code {codes[-1]})."
-                    )
-                return
-        self._messages.put(
-            f"{self._display_name()} did not confirm that it was zeroed; zero it again."
-        )
+        while parser.kind is None:
+            if time.monotonic() > until:
+                raise InputError(
+                    f"The device at {self._port.path} sends no OptoForce packets; check that it "
+                    f"is a DAQ, and that its sensors are plugged in."
+                )
+            parser.feed(self._port.read(0.05)[0])
+        return parser.kind
 
     def _report_status(self, status: NDArray[np.uint16], arrived: float) -> None:
         """Remark what status words other than zero say, shape (n,), the last read at `arrived`."""

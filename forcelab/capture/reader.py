@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import threading
 import time
 from dataclasses import dataclass
@@ -10,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.capture.align import FORCE_NAME
 from forcelab.capture.clock import ArrivalClock, missing_by_stamps, missing_samples
 from forcelab.capture.device import Block, Device, MessageQueue, UnpluggedError
 from forcelab.capture.journal import ENDED, PLUGGED, UNPLUGGED, JournalWriter, RecordKind
@@ -32,7 +32,7 @@ class RingBuffer:
         self._length = length
         self._rows = np.zeros((2 * length, 1 + channels))
         self._end = 0  # of the rows that are filled
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
         #: Samples taken in so far.
         self.count = 0
 
@@ -54,23 +54,18 @@ class RingBuffer:
         The next call's number is this one's first number plus its length.
         """
         with self._lock:
-            return self._since(number)
+            first = max(number, self.count - self._length, 0)
+            n = max(self.count - first, 0)
+            rows = self._rows[self._end - n : self._end]
+            return first, rows[:, 0].copy(), rows[:, 1:].copy()
 
     def latest(self, seconds: float) -> Window:
         """Copies of the samples of the last so many seconds, counted back from the last one."""
         with self._lock:
             n = min(self.count, self._length)
-            if not n:
-                return self._since(self.count)
             times = self._rows[self._end - n : self._end, 0]
-            first = int(np.searchsorted(times, times[-1] - seconds))
-            return self._since(self.count - n + first)
-
-    def _since(self, number: int) -> Window:
-        first = max(number, self.count - self._length, 0)
-        n = max(self.count - first, 0)
-        rows = self._rows[self._end - n : self._end]
-        return first, rows[:, 0].copy(), rows[:, 1:].copy()
+            first = int(np.searchsorted(times, times[-1] - seconds)) if n else 0
+            return self.since(self.count - n + first)
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,8 +100,6 @@ class DeviceState:
 OVERLOAD = 0x03F0
 #: Units of channels that read zero when nothing is touched.
 FORCE_UNITS = frozenset({"N", "mN", "kN", "Nm", "N m", "Nmm", "N mm", "mNm", "mN m", "g", "kg"})
-
-FORCE_NAME = re.compile(r"[ft][xyz]\d*")  # raw counts have no unit, but the name of a force
 _READ_SECONDS = 0.1  # s that a read waits at most
 _RETRY = 0.25  # s between two tries to find a device again
 _RECENT_SECONDS = 2.0  # s of an alarm after its cause; s that tell a rate, and what is lost
@@ -148,10 +141,7 @@ class DeviceReader:
         self._messages = MessageQueue()
         self._last: Block | None = None
         self._plugged = True
-        # Of a device that gives texts at single times.
-        self._take_markers = getattr(device, "take_markers", lambda: ())
         self._marker: tuple[float, str] | None = None  # the last one
-        self._stamped = bool(getattr(device, "stamped", False))
         self._counted = 0  # samples so far of a device without a counter: they count themselves
         self._opened = self._last_arrival = time.monotonic()
         self._lost_at = self._saturated_at = -np.inf
@@ -169,7 +159,7 @@ class DeviceReader:
         """Give what comes from now on to a journal, or to none."""
         with self._lock:
             if journal is None and not self._plugged:
-                self._note(ENDED)
+                self._note(RecordKind.EVENT, what=ENDED)
             self._journal = journal
             if journal is None:
                 self.end = self.ring.count
@@ -181,11 +171,15 @@ class DeviceReader:
             self.end = None
             self._before_gap = None  # what it misses before its first sample is not recorded
             if self.device.holds and self._last is not None and self._plugged:
-                journal.block(self._number, self._last)  # its value holds since before
+                # Its value holds since before.
+                journal.block(
+                    self._number, Block(self._last.arrived[-1:], None, self._last.values[-1:])
+                )
             if self._marker is not None:
-                self._note_marker(*self._marker)  # it holds until the next one
+                at, text = self._marker
+                self._note(RecordKind.MARK, at, marker=text)  # it holds until the next one
             if not self._plugged:
-                journal.note(RecordKind.EVENT, self._number, at=time.monotonic(), what=UNPLUGGED)
+                self._note(RecordKind.EVENT, what=UNPLUGGED)
 
     def zero(self) -> None:
         """Let the device take its present readings for zero, soon."""
@@ -201,10 +195,10 @@ class DeviceReader:
         with self._lock:
             clocked = self._clock.known and not self.device.holds
             rate = 1.0 / self._clock.rate if clocked else 0.0
-            if self._stamped and not self.device.holds:
+            if self.device.stamped and not self.device.holds:
                 rate = _rate(self.ring.latest(_RECENT_SECONDS)[1], configured)
             # A rate that was only measured is no promise that a clock could break.
-            promised = configured > 0 and not getattr(self.device, "measured", False)
+            promised = configured > 0 and not self.device.measured
             pace = configured / rate if clocked and promised else np.nan
             residual = self._clock.residual if clocked else np.nan
             patience = _STALLED + (2 / configured if configured > 0 else 0)
@@ -267,39 +261,34 @@ class DeviceReader:
                 continue
             if block is not None and len(block):
                 self._add(block)
-            for marker in self._take_markers():
+            for at, text in self.device.take_markers():
                 with self._lock:
-                    self._marker = marker
+                    self._marker = at, text
                     self._samples += 1
-                    self._note_marker(*marker)
-            for sentence in (*self.device.remarks(), *self._check_rate()):
+                    self._note(RecordKind.MARK, at, marker=text)
+            for sentence in self.device.remarks():
                 self._report(sentence)
+            self._check_rate()
 
-    def _check_rate(self) -> list[str]:
+    def _check_rate(self) -> None:
         """Say once that the device does not give as many samples as configured."""
         settled = self._last_arrival >= self._opened + _SETTLED
         if self._rate_checked or not self._clock.learnt or not settled:
-            return []
+            return
         self._rate_checked = True
         configured, rate = self.device.rate, 1.0 / self._clock.rate
-        if not configured > 0 or abs(rate - configured) <= _WRONG_RATE * configured:
-            return []
-        return [
-            f"{self.device.name} gives {rate:.4g} samples a second, not {configured:.4g}: what is "
-            f"recognised live goes wrong; connect it with ?rate={rate:.4g} or set it to "
-            f"{configured:.4g}."
-        ]
+        if configured > 0 and abs(rate - configured) > _WRONG_RATE * configured:
+            self._report(
+                f"{self.device.name} gives {rate:.4g} samples a second, not {configured:.4g}: what "
+                f"is recognised live goes wrong; connect it with ?rate={rate:.4g} or set it to "
+                f"{configured:.4g}."
+            )
 
     def _add(self, block: Block) -> None:
         with self._lock:
             if self._journal is not None:
                 self._journal.block(self._number, block)
-            self._last = Block(
-                block.arrived[-1:].copy(),
-                None if block.ticks is None else block.ticks[-1:].copy(),
-                block.values[-1:].copy(),
-                None if block.status is None else block.status[-1:].copy(),
-            )
+            self._last = block
             self._last_arrival = time.monotonic()
             self._samples += len(block)
             self.ring.extend(self._times(block), block.values)
@@ -313,9 +302,9 @@ class DeviceReader:
 
     def _times(self, block: Block) -> NDArray[np.float64]:
         """When the samples were taken, by the clock as it is now."""
-        if self._stamped and not self.device.holds:
+        if self.device.stamped and not self.device.holds:
             self._count_missing(block.arrived)
-        if self.device.holds or self._stamped:
+        if self.device.holds or self.device.stamped:
             return block.arrived
         ticks = block.ticks
         if ticks is None:
@@ -353,7 +342,7 @@ class DeviceReader:
         since = time.monotonic()
         with self._lock:
             self._plugged = False
-            self._note(UNPLUGGED)
+            self._note(RecordKind.EVENT, what=UNPLUGGED)
         self._report(str(error))
         while not self._stop.wait(_RETRY):
             try:
@@ -369,23 +358,17 @@ class DeviceReader:
                 self._unsettled = np.zeros(0)
                 self._clock.restart()
                 self._zero_drift.interrupt()
-                self._note(PLUGGED)
+                self._note(RecordKind.EVENT, what=PLUGGED)
             self._report(f"{self.device.name} is back after {self._last_arrival - since:.1f} s.")
             return
 
-    def _note(self, event: str) -> None:
-        """Note an event in the journal, holding the lock."""
+    def _note(self, kind: RecordKind, at: float | None = None, **what: str) -> None:
+        """Note what happened in the journal, at a time (s) or now, holding the lock."""
         if self._journal is not None:
-            self._journal.note(RecordKind.EVENT, self._number, at=time.monotonic(), what=event)
-
-    def _note_marker(self, at: float, text: str) -> None:
-        """Note a marker in the journal, holding the lock."""
-        if self._journal is not None:
-            self._journal.note(RecordKind.MARK, self._number, at=at, marker=text)
+            at = time.monotonic() if at is None else at
+            self._journal.note(kind, self._number, at=at, **what)
 
     def _report(self, sentence: str) -> None:
         self._messages.put(sentence)
         with self._lock:
-            if self._journal is not None:
-                at = time.monotonic()
-                self._journal.note(RecordKind.MESSAGE, self._number, at=at, text=sentence)
+            self._note(RecordKind.MESSAGE, text=sentence)

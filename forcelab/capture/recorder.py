@@ -9,7 +9,6 @@ from pathlib import Path
 
 from forcelab.capture.camera import CameraReader, CameraState, Capture
 from forcelab.capture.device import Closable, Device
-from forcelab.capture.device_names import number_sensors
 from forcelab.capture.journal import JournalReader, JournalWriter, RecordKind
 from forcelab.capture.reader import DeviceReader, DeviceState, Window
 from forcelab.capture.save import (
@@ -68,7 +67,7 @@ class Recorder(Closable):
         beside it.
         """
         self.path = Path(path)
-        self._devices, self._captures, self._seconds = tuple(devices), tuple(cameras), seconds
+        self.devices, self._captures, self._seconds = tuple(devices), tuple(cameras), seconds
         self._readers: list[DeviceReader] = []
         self.cameras: list[CameraReader] = []
         self._journal: JournalWriter | None = None
@@ -85,7 +84,7 @@ class Recorder(Closable):
         """Open all devices and read them from now on; if one cannot be opened, none is."""
         opened = []
         try:
-            for device in self._devices:
+            for device in self.devices:
                 device.open()
                 opened.append(device)
         except BaseException:
@@ -94,8 +93,9 @@ class Recorder(Closable):
             for _, capture in self._captures:
                 capture.release()
             raise
-        number_sensors(self._devices)
-        for number, device in enumerate(self._devices):
+        sensor = 1  # no two channels share a name
+        for number, device in enumerate(self.devices):
+            sensor = device.number_sensors(sensor)
             self._readers.append(DeviceReader(number, device, self._seconds))
         for number, (name, capture) in enumerate(self._captures):
             self.cameras.append(CameraReader(number, capture, name))
@@ -126,7 +126,7 @@ class Recorder(Closable):
             raise InputError(obstacle)
         names = [camera.name for camera in self.cameras]
         name, self._journal, videos = create_journal(
-            self.path, task, name, author, self._devices, names
+            self.path, task, name, author, self.devices, names
         )
         self._stopped, self._part = False, None
         self.name, self.begun = name, time.monotonic()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.device import Block, Closable, SoftwareZero, UnpluggedError
+from forcelab.capture.device import Block, Closable, Device, SoftwareZero, UnpluggedError
 from forcelab.capture.emulator import BURST, VirtualOptoForce, VirtualTextDevice
-from forcelab.demonstration import GAP_PERIODS, Channel, Demonstration
+from forcelab.demonstration import GAP_PERIODS, Demonstration
 from forcelab.errors import InputError
 from forcelab.formats.calibration import Calibrations
 from forcelab.formats.optoforce_packets import KINDS
@@ -99,23 +99,19 @@ def extract_sensors(demonstration: Demonstration, calibrations: Calibrations) ->
     return tuple(sensors)
 
 
-class _Moments:
-    """The samples of a recording by seconds from its start."""
+class _SampleFinder:
+    """Finds the samples of a recording by seconds from its start."""
 
     def __init__(self, demonstration: Demonstration) -> None:
         self._times = np.asarray(demonstration.times) - demonstration.start
         self._farthest = 0.5 * GAP_PERIODS * demonstration.period
 
-    def nearest(self, seconds: NDArray[np.float64]) -> NDArray[np.int64]:
-        """The samples nearest to these moments."""
+    def find(self, seconds: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+        """The samples nearest to these moments, and which moments lie in no gap."""
         after = np.clip(np.searchsorted(self._times, seconds), 1, len(self._times) - 1)
         nearer = seconds - self._times[after - 1] <= self._times[after] - seconds
-        return after - nearer
-
-    def in_gap(self, seconds: NDArray[np.float64], nearest: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Which of these moments lie where the recording has no sample."""
-        far: NDArray[np.bool_] = np.abs(seconds - self._times[nearest]) > self._farthest
-        return far
+        nearest = after - nearer
+        return nearest, np.abs(seconds - self._times[nearest]) <= self._farthest
 
 
 class Replay(Closable):
@@ -142,7 +138,7 @@ class Replay(Closable):
         #: Seconds that playing takes.
         self.seconds = demonstration.duration / speed
         self._speed, self._lead = speed, lead
-        self._moments = _Moments(demonstration)
+        self._finder = _SampleFinder(demonstration)
         self._start: float | None = None
         self._folder: Path | None = None
         rate = demonstration.rate * speed
@@ -205,66 +201,45 @@ class Replay(Closable):
         """The device that plays a part."""
 
         def now(times: NDArray[np.float64]) -> NDArray[np.int64]:
-            return self._moments.nearest(self._recording_time(number, times))
-
-        if isinstance(part, Board):
-            return VirtualTextDevice(
-                lambda times: part.values[now(times)],
-                rate,
-                Path(f"ttyUSB{number}"),
-                self._absent(number, np.zeros(len(part.values), dtype=np.bool_)),
-                part.header,
-            )
-        return VirtualOptoForce(
-            lambda times: part.counts[now(times)],
-            rate,
-            Path(f"ttyACM{number}"),
-            self._absent(number, part.missing),
-            part.serial,
-        )
-
-    def _absent(
-        self, number: int, missing: NDArray[np.bool_]
-    ) -> Callable[[NDArray[np.float64]], NDArray[np.bool_]]:
-        """Where a device reads nothing: in the recording's gaps."""
+            return self._finder.find(self._recording_time(number, times))[0]
 
         def absent(times: NDArray[np.float64]) -> NDArray[np.bool_]:
-            recorded = self._recording_time(number, times)
-            nearest = self._moments.nearest(recorded)
-            return missing[nearest] | self._moments.in_gap(recorded, nearest)
+            nearest, present = self._finder.find(self._recording_time(number, times))
+            return ~present if isinstance(part, Board) else part.missing[nearest] | ~present
 
-        return absent
+        if isinstance(part, Board):
+            values, path = part.values, Path(f"ttyUSB{number}")
+            return VirtualTextDevice(
+                lambda times: values[now(times)], rate, path, absent, part.header
+            )
+        counts, path = part.counts, Path(f"ttyACM{number}")
+        return VirtualOptoForce(lambda times: counts[now(times)], rate, path, absent, part.serial)
 
 
-class RecordedDevice:
+class RecordedDevice(Device):
     """A demonstration that is read in real time, over its own clock, as a device is.
 
     It gives the channels, units and rate of the recording, and gaps where that has them. At its end
     it begins again, or is gone like a device that was unplugged.
     """
 
-    holds = False
-
-    def __init__(self, project: Path, demonstration: str, *, loop: bool = True) -> None:
+    def __init__(self, project: Path | str, demonstration: str, *, loop: bool = True) -> None:
         """The one with this name or id in a project; it is loaded when the device is opened."""
-        self.channels: tuple[Channel, ...] = ()
-        self.rate = 0.0
-        self._project, self._demonstration, self._loop = project, demonstration, loop
-        self._title = demonstration
+        super().__init__()
+        self._project, self._demonstration, self._loop = Path(project), demonstration, loop
+        self._name_demonstration(demonstration)
         self._begun = 0.0  # by the host's monotonic clock
         self._played = 0  # samples, those in gaps included
 
-    @property
-    def name(self) -> str:
-        """Such as ``"replay:lab.forcelab/pull-03"``."""
-        return f"replay:{self._project.name}/{self._title}"
+    def _name_demonstration(self, title: str) -> None:
+        self._title, self.name = title, f"replay:{self._project.name}/{title}"
 
     def open(self) -> None:
         """Load the recording and play it from its start."""
         with Project.open(self._project) as project:
             recording = project.demonstrations.load(self._demonstration)
-        self._title = recording.name
-        self._signals, self._moments = np.asarray(recording.signals), _Moments(recording)
+        self._name_demonstration(recording.name)
+        self._signals, self._finder = np.asarray(recording.signals), _SampleFinder(recording)
         self.channels, self.rate = recording.channels, 1.0 / recording.period
         self._length = round(recording.duration * self.rate)
         self._zero = SoftwareZero()
@@ -288,19 +263,11 @@ class RecordedDevice:
             due = min(due, self._length)
         ticks = np.arange(self._played, due)
         self._played = max(due, self._played)
-        seconds = ticks % self._length / self.rate
-        nearest = self._moments.nearest(seconds)
-        present = ~self._moments.in_gap(seconds, nearest)
+        nearest, present = self._finder.find(ticks % self._length / self.rate)
         ticks, values = ticks[present], self._signals[nearest[present]]
         if not len(ticks):
             return None
         return Block(np.full(len(ticks), arrived), ticks, self._zero.apply(values))
-
-    def zero(self) -> None:
-        self._zero.take()
-
-    def remarks(self) -> tuple[str, ...]:
-        return ()
 
     def close(self) -> None:
         """There is nothing to release."""

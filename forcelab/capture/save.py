@@ -246,8 +246,8 @@ def create_journal(
                 "channels": [[channel.name, channel.unit] for channel in device.channels],
                 "rate": device.rate,
                 "holds": device.holds,
-                "counted": bool(getattr(device, "counted", True)),
-                "stamped": bool(getattr(device, "stamped", False)),
+                "counted": device.counted,
+                "stamped": device.stamped,
             }
             for device in devices
         ],

@@ -6,14 +6,13 @@ import errno
 import os
 import sys
 import time
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
-from forcelab.capture.device import MessageQueue, UnpluggedError
+from forcelab.capture.device import Device, ReadPacer, UnpluggedError
 from forcelab.capture.discovery import LIST_HINT, FoundPort, relocate_port
-from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 
 if TYPE_CHECKING:
@@ -56,16 +55,11 @@ BUSY = {errno.EBUSY, errno.EAGAIN}
 class Port:
     """A serial port with 8 data bits, no parity and 1 stop bit."""
 
-    def __init__(self, path: str, baud: int, gather: float = 0.0) -> None:
-        """At least `gather` seconds lie between two reads.
-
-        What arrives meanwhile is read together, which costs a fraction of reading packet by packet.
-        """
-        self.path = path
-        self._baud, self._gather = baud, gather
+    def __init__(self, path: str, baud: int) -> None:
+        self.path, self._baud = path, baud
         self._port: serial.Serial | None = None
         self._errors: tuple[type[Exception], ...] = (OSError,)
-        self._next = 0.0
+        self._pacer = ReadPacer()
 
     def open(self) -> None:
         """Open it for this program alone; what arrived before is dropped."""
@@ -88,7 +82,6 @@ class Port:
             ) from error
         except self._errors as error:
             raise InputError(open_error(self.path, error)) from error
-        self._next = 0.0
 
     def read(self, timeout: float) -> tuple[bytes, float]:
         """What has arrived after at most `timeout` s, and when it was read.
@@ -96,18 +89,13 @@ class Port:
         The time is in seconds of the host's monotonic clock. Raises UnpluggedError if the device is
         gone.
         """
-        begun = time.monotonic()
-        pause = min(self._next - begun, timeout)
-        if pause > 0:
-            time.sleep(pause)
+        left = self._pacer.wait(timeout)
         port = self._open_port()
         try:
-            data = _read_all(port, max(timeout - max(pause, 0.0), 0.0))
+            data = _read_all(port, left)
         except self._errors as error:
             raise self._unplugged() from error
-        arrived = time.monotonic()
-        self._next = arrived + self._gather
-        return data, arrived
+        return data, self._pacer.arrived()
 
     def write(self, data: bytes) -> None:
         """Send bytes; UnpluggedError if the device is gone or takes nothing."""
@@ -136,16 +124,13 @@ class Port:
 
 def _read_all(port: serial.Serial, timeout: float) -> bytes:
     """Everything that has arrived, after waiting for the first byte."""
-    waiting = port.in_waiting
-    if not waiting:
+    pieces: list[bytes] = []
+    if not port.in_waiting:
         if port.timeout != timeout:
             port.timeout = timeout
-        data = port.read(1)
-        if not data:
+        pieces.append(port.read(1))
+        if not pieces[0]:
             return b""
-        pieces = [data]
-    else:
-        pieces = []
     received = 0
     # The system may hand over only a part of what there is at a time.
     while (waiting := port.in_waiting) and received < AT_ONCE:
@@ -179,31 +164,20 @@ def open_error(path: str, error: Exception) -> str:
     return f"The port {path} cannot be opened ({error}); is it a serial port?"
 
 
-#: Seconds between two reads at least; the newest sample of each is still a millisecond old at most.
-GATHER_SECONDS = 0.004
-
-
-class PortDevice(ABC):
+class PortDevice(Device):
     """What devices at serial ports have in common."""
 
     kind = ""
-    holds = False
 
     def __init__(self, path: str, baud: int) -> None:
+        super().__init__()
         #: How often it was connected since it was opened.
         self.connections = 0
-        self._path, self._baud = path, baud
-        self._port = Port(path, baud, GATHER_SECONDS)
+        self._path, self._baud, self.name = path, baud, f"{self.kind}:{path}"
+        self._port = Port(path, baud)
         self._last_arrival = 0.0
-        self._messages = MessageQueue()
-
-    @property
-    def name(self) -> str:
-        """Such as ``"text:/dev/ttyUSB0"``; the port is the present one."""
-        return f"{self.kind}:{self._path}"
 
     def open(self) -> None:
-        """Connect and learn what it sends."""
         self.connections = 0
         try:
             self._connect(self._path)
@@ -221,16 +195,12 @@ class PortDevice(ABC):
             return
         raise UnpluggedError(f"{self._display_name()} is not plugged in again yet.")
 
-    def remarks(self) -> tuple[str, ...]:
-        """What went wrong since the last call, a sentence each."""
-        return self._messages.take()
-
     def close(self) -> None:
         self._port.close()
 
     def _connect(self, path: str) -> None:
         """Open a port and configure the device, if it is the right one."""
-        port = Port(path, self._baud, GATHER_SECONDS)
+        port = Port(path, self._baud)
         port.open()
         self._port.close()
         self._port = port
@@ -239,7 +209,8 @@ class PortDevice(ABC):
         except BaseException:
             port.close()
             raise
-        self._path, self._last_arrival = path, time.monotonic()
+        self._path, self.name = path, f"{self.kind}:{path}"
+        self._last_arrival = time.monotonic()
         self.connections += 1
 
     def _display_name(self) -> str:
@@ -263,19 +234,16 @@ class LineDevice(PortDevice):
 
     def __init__(self, path: str, baud: int, ports: Ports) -> None:
         super().__init__(path, baud)
-        self.rate = 0.0
-        self.channels: tuple[Channel, ...] = ()
         self._ports = ports
-        self._known = FoundPort(path, "unknown", "", None, None, usable=True)
+        self._known: FoundPort | None = None  # of a USB device
 
     def open(self) -> None:
-        """Connect and learn what it sends."""
         real = os.path.realpath(self._path)
         same = (port for port in self._ports() if os.path.realpath(port.path) == real)
-        self._known = next(same, FoundPort(self._path, "unknown", "", None, None, usable=True))
+        self._known = next((port for port in same if port.usb), None)
         super().open()
 
     def _candidate_ports(self) -> Sequence[str]:
         """Wherever its USB serial number is now; else where it was."""
-        path = relocate_port(self._known, self._ports()) if self._known.usb else self._path
+        path = relocate_port(self._known, self._ports()) if self._known else self._path
         return () if path is None else (path,)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.align import DeviceStream, channels_of_all, resample
+from forcelab.capture.align import DeviceStream, channels_of_all, make_increasing, resample
 from forcelab.capture.device import Device
 from forcelab.capture.reader import Window
 from forcelab.demonstration import Channel
@@ -78,15 +78,13 @@ class StreamMerger:
                 self._times[i] = np.concatenate([self._times[i], times])
                 self._values[i] = np.concatenate([self._values[i], values])
         host = self._times[self._lead]
-        n = (
-            len(host)
-            if ends is not None
-            else int(np.searchsorted(host, self._complete_until(), side="right"))
-        )
+        until = self._complete_until() if ends is None else np.inf
+        n = int(np.searchsorted(host, until, side="right"))
         if not n:
             self._forget(max((t[-1] for t in self._times if len(t)), default=0.0) - SILENT_SECONDS)
             return np.empty(0), np.empty((0, len(self.channels)))
-        stamps = self._make_increasing(host[:n])
+        # A clock that is learnt better may set stamps back.
+        stamps = make_increasing(host[:n], self._last, self.rate)
         columns = [
             self._values[i][:n]
             if i == self._lead
@@ -118,10 +116,3 @@ class StreamMerger:
             if i != self._lead and not self._holds[i]
         ]
         return max(min(last_times, default=np.inf), float(host[-1]) - PATIENCE_SECONDS)
-
-    def _make_increasing(self, host: Real) -> Real:
-        """Stamps that go on increasing when the clock that gave them was set back."""
-        least = 0.5 / self.rate if self.rate > 0 else 1e-6
-        passed = least * np.arange(1, len(host) + 1)
-        highest = np.maximum.accumulate(np.concatenate([[self._last], host - passed]))
-        return highest[1:] + passed

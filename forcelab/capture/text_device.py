@@ -375,20 +375,9 @@ class TextDevice(LineDevice):
                 f"away, and it is measured."
             )
         self.rate = self._stated_rate = rate
-        #: Whether its rate was measured by arrivals: no promise, and good to a hundredth.
-        self.measured = False
         self._parser = TextParser()
         self._counter: SampleCounter | None = None
-        self._zero = SoftwareZero()
         self._junk = 0
-
-    @property
-    def counted(self) -> bool:
-        """Whether its samples are counted by its own clock.
-
-        Else torn lines are known, and those that never came are not.
-        """
-        return self._counter is not None
 
     def open(self) -> None:
         self._parser, self._counter, self._zero = TextParser(), None, SoftwareZero()
@@ -413,9 +402,6 @@ class TextDevice(LineDevice):
             ticks = self._counter.feed(lines.times)
         return Block(np.full(len(lines), arrived), ticks, values)
 
-    def zero(self) -> None:
-        self._zero.take()
-
     def _configure(self) -> None:
         """Wait until it is known what a line holds; what comes meanwhile is dropped."""
         if self.connections:
@@ -435,6 +421,8 @@ class TextDevice(LineDevice):
             )
         self.channels = self._parser.channels
         self._counter = first.counter()
+        # Torn lines are known without its clock, too, but not those that never came.
+        self.counted = self._counter is not None
         if not self._stated_rate:
             self.measured = self._counter is None
             self.rate = first.rate() if self._counter is None else 1.0 / self._counter.period

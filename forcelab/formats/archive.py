@@ -33,7 +33,7 @@ import tempfile
 import tokenize
 import zipfile
 import zlib
-from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from datetime import datetime
 from pathlib import Path
@@ -135,6 +135,13 @@ class Record:
                 return word
         raise InputError(f"'{text}' is {problem} in {self.where}.")
 
+    def demonstration(self, ids: Collection[str]) -> str:
+        """The id of a demonstration, which must be one of those."""
+        id_ = self.text("demonstration")
+        if id_ not in ids:
+            raise InputError(f"The demonstration '{id_}' is named but missing in {self.where}.")
+        return id_
+
     def segments(self, name: str) -> Segments:
         """A list of ``[start, end, action]``."""
         segments = []
@@ -181,7 +188,7 @@ def _edit_to_json(edit: Edit) -> dict[str, Any]:
     return _to_json(edit, _EDIT, **segments)
 
 
-def _edit_of(record: Record, version: int) -> Edit:
+def _edit_of(record: Record, version: int, ids: Collection[str]) -> Edit:
     """Parse an edit as archives of that version hold it."""
     kind = record.choice("kind", EDIT_KINDS, "no kind of edit")
     reverts = record.get("reverts", int, type(None))
@@ -194,7 +201,7 @@ def _edit_of(record: Record, version: int) -> Edit:
             raise InputError(f"'proposed_by' is missing or wrong in {record.where}.")
     return Edit(
         id=record.get("id", int),
-        demonstration=record.text("demonstration"),
+        demonstration=record.demonstration(ids),
         author=record.text("author"),
         kind=kind,
         time=record.time("time"),
@@ -207,19 +214,19 @@ def _edit_of(record: Record, version: int) -> Edit:
     )
 
 
-def _event_of(record: Record) -> AssignmentEvent:
+def _event_of(record: Record, ids: Collection[str]) -> AssignmentEvent:
     return AssignmentEvent(
-        demonstration=record.text("demonstration"),
+        demonstration=record.demonstration(ids),
         author=record.text("author"),
         kind=record.choice("kind", ASSIGNMENT_KINDS, "nothing that befalls an assignment"),
         time=record.time("time"),
     )
 
 
-def _verdict_of(record: Record) -> Verdict:
+def _verdict_of(record: Record, ids: Collection[str]) -> Verdict:
     """Parse a verdict; its run is a place in the list of runs, counted from 1."""
     return Verdict(
-        demonstration=record.text("demonstration"),
+        demonstration=record.demonstration(ids),
         author=record.text("author"),
         coder=record.text("coder"),
         start=record.number("start"),
@@ -341,32 +348,29 @@ class ArchiveReader:
 
         That is where each ends on a line of its own, as :class:`ArchiveWriter` has it.
         """
-        for value in self._each(name):
-            yield Record(value, self.where(name))
+        where, part, several = self.where(name), "", False
 
-    def _each(self, name: str) -> Iterator[Any]:
-        part, more, several = "", True, False
+        def parsed(text: str) -> list[Record]:
+            values = json.loads(text)
+            if not isinstance(values, list) or (several and not values):
+                raise ValueError("no list, or a comma at its end")
+            return [Record(value, where) for value in values]
+
         try:
             with self._opened(name) as member, io.TextIOWrapper(member, "utf-8") as lines:
                 for line in lines:
                     part += line
                     if len(part) > LARGEST_TEXT:
                         raise InputError(
-                            f"{self.where(name)} holds an entry of more than "
-                            f"{LARGEST_TEXT >> 20} MiB, which forcelab writes nowhere."
+                            f"{where} holds an entry of more than {LARGEST_TEXT >> 20} MiB, which "
+                            f"forcelab writes nowhere."
                         )
-                    if line.rstrip() not in (" }", " },"):
-                        continue
-                    if not more or not (several or part.startswith("[")):
-                        raise ValueError("no list")
-                    yield json.loads(part.strip().removeprefix("[").removesuffix(","))
-                    part, more, several = "", line.rstrip() == " },", True
-            rest = json.loads(part) if not several else []
-            if (several and (more or part.strip() != "]")) or not isinstance(rest, list):
-                raise ValueError("no list")
-            yield from rest
+                    if line.rstrip() == " },":
+                        yield from parsed(part.rstrip()[:-1] + "]")
+                        part, several = "[", True
+            yield from parsed(part)
         except (ValueError, RecursionError) as error:
-            raise InputError(f"{self.where(name)} is no valid JSON list.") from error
+            raise InputError(f"{where} is no valid JSON list.") from error
 
     def array(self, name: str) -> NDArray[np.float64]:
         """An array of 64-bit numbers, read-only."""
@@ -677,13 +681,9 @@ def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Rec
                     notes=packed.notes,
                 )
             )
-    return sorted(recordings, key=_list_order)
-
-
-def _list_order(recording: Recording) -> tuple[object, object]:
-    """The place of a recording in a list, as in that of a project."""
-    demonstration = recording.demonstration
-    return natural_order(demonstration.task), natural_order(demonstration.name)
+    recordings.sort(key=lambda recording: natural_order(recording.demonstration.name))
+    recordings.sort(key=lambda recording: natural_order(recording.demonstration.task))
+    return recordings  # in the order of a project's list
 
 
 def _demonstration(
@@ -700,11 +700,8 @@ def _demonstration(
     if members.version >= VIDEOS:
         described = record.records("videos")
     else:
-        described = (
-            []
-            if record.get("video", dict, type(None)) is None
-            else [Record(record.get("video", dict), record.where)]
-        )
+        video = record.get("video", dict, type(None))
+        described = [] if video is None else [Record(video, record.where)]
     if len(described) > MOST_VIDEOS:
         raise InputError(f"There are more than {MOST_VIDEOS} videos in {record.where}.")
     videos = []
@@ -761,9 +758,8 @@ def _read_assignments(members: ArchiveReader, project: Project) -> None:
     name = "assignments.json"
     if name not in members and members.version < 2:
         return
-    events = [_event_of(record) for record in members.records(name)]
-    _check_demonstrations(members, events, name)
-    project.coding.replay_assignments(events)
+    ids = set(members.ids())
+    project.coding.replay_assignments([_event_of(r, ids) for r in members.records(name)])
 
 
 def _read_verdicts(members: ArchiveReader, project: Project) -> None:
@@ -771,8 +767,8 @@ def _read_verdicts(members: ArchiveReader, project: Project) -> None:
     name = "verdicts.json"
     if name not in members and members.version < VERDICTS:
         return
-    verdicts = [_verdict_of(record) for record in members.records(name)]
-    _check_demonstrations(members, verdicts, name)
+    ids = set(members.ids())
+    verdicts = [_verdict_of(record, ids) for record in members.records(name)]
     runs = dict(enumerate((run.id for run in project.runs.summaries()), 1))
     if unknown := {verdict.run for verdict in verdicts} - {None, *runs}:
         raise InputError(f"The run {unknown.pop()} is named but missing in {members.where(name)}.")
@@ -793,11 +789,7 @@ def _read_recognisers(members: ArchiveReader, project: Project, numbers: dict[in
 def _edits(members: ArchiveReader, bounds: Mapping[str, tuple[float, float]]) -> Iterator[Edit]:
     """Every edit, each of a demonstration in `bounds`, which gives start and end in seconds."""
     for record in members.each_record("edits.json"):
-        edit = _edit_of(record, members.version)
-        if edit.demonstration not in bounds:
-            raise InputError(
-                f"The demonstration '{edit.demonstration}' is named but missing in {record.where}."
-            )
+        edit = _edit_of(record, members.version, bounds)
         # What an edit removed, an earlier one has inserted.
         check_within(edit.inserted, *bounds[edit.demonstration], _cure(record.where))
         yield edit
@@ -806,16 +798,6 @@ def _edits(members: ArchiveReader, bounds: Mapping[str, tuple[float, float]]) ->
 def _cure(where: str) -> str:
     """What to do about labels of an archive that lie beyond their recording."""
     return f", in {where}; erase it there and export again."
-
-
-def _check_demonstrations(
-    members: ArchiveReader, events: Sequence[AssignmentEvent | Verdict], name: str
-) -> None:
-    """Refuse events of demonstrations that the archive lacks."""
-    if missing := {event.demonstration for event in events} - set(members.ids()):
-        raise InputError(
-            f"The demonstration '{min(missing)}' is named but missing in {members.where(name)}."
-        )
 
 
 def _provenance_of(record: Record, numbers: dict[int, int]) -> Provenance:

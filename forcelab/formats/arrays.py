@@ -13,11 +13,11 @@ import math
 import re
 import sys
 import time
-from collections import Counter
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, field, replace
-from itertools import groupby, takewhile
+from functools import partial
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, Final, TypeAlias, TypeVar
 
@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import ForcelabError, InputError
+from forcelab.formats.fields import Field, name_forces, values_within, with_sensors
 from forcelab.formats.recording import (
     ANY_USE,
     ColumnUse,
@@ -33,8 +34,7 @@ from forcelab.formats.recording import (
     Use,
     reading_progress,
 )
-from forcelab.formats.rosbag_topics import Field, name_forces, values_within, with_sensors
-from forcelab.formats.table import TableBody, make_recording, preview_layout
+from forcelab.formats.table import Table, make_recording, preview_layout
 from forcelab.formats.table_columns import ColumnRoles, TextColumn, choose_roles, is_counter_name
 from forcelab.formats.table_sniff import (
     CellType,
@@ -141,12 +141,13 @@ class Array:
             values = values.astype("m8[ns]").astype(np.int64)
         return values
 
-    def block(self, rows: int) -> int:
-        """How many of its samples are read at a time, so that no chunk is unpacked twice."""
-        if not self.chunks:
-            return rows
-        chunk = self.chunks[self.shape.index(rows)]
-        return chunk * max(1, _BLOCK * rows // max(1, self.size) // chunk)
+    def blocks(self, rows: int) -> list[slice]:
+        """The parts in which so many samples are read, so that no chunk is unpacked twice."""
+        step = rows
+        if self.chunks:
+            chunk = self.chunks[self.shape.index(rows)]
+            step = chunk * max(1, _BLOCK * rows // max(1, self.size) // chunk)
+        return [slice(start, start + step) for start in range(0, rows, step)]
 
 
 def cut(values: Any, part: slice, axis: int) -> Any:
@@ -154,13 +155,18 @@ def cut(values: Any, part: slice, axis: int) -> Any:
     return values[(*[_ALL] * axis, part)] if axis < len(values.shape) else values[()]
 
 
-def check_size(path: str, values: int, stored: int) -> None:
-    """Refuse an array of more values than so many stored bytes can hold, before room is made."""
-    if 8 * values > (most := ROOM + MOST_TIMES * stored):
+def check_size(path: str, values: int, stored: int, width: int = 8) -> None:
+    """Refuse more values, of so many bytes, than the stored bytes can hold, before room is made."""
+    if values > (most := (ROOM + MOST_TIMES * stored) // max(8, width)):
         raise InputError(
             f"{path or 'its array'} is said to hold {values:,} values, of which {stored:,} bytes "
-            f"are stored; more than {most // 8:,} are not believed, so write the file again."
+            f"are stored; more than {most:,} are not believed, so write the file again."
         )
+
+
+def array_of(path: str, values: NDArray[Any]) -> Array:
+    """An array that is in memory."""
+    return Array(path, values.shape, values.dtype, partial(cut, values))
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,13 +184,11 @@ def read_tree(tree: Tree, options: ReadOptions) -> Generator[Progress, None, lis
     demonstrations = _demonstrations(tree)
     for name, arrays in demonstrations.items():
         yield Progress(len(recordings), len(demonstrations), f"reading {tree.path.name}")
-        chosen = _Choice(tree, arrays, options)
-        body = (yield from chosen.body()) if len(demonstrations) == 1 else finish(chosen.body())
+        chosen = _ArrayTable(tree, arrays, options)
+        table = (yield from chosen.table()) if len(demonstrations) == 1 else finish(chosen.table())
         full_name = " ".join(filter(None, (tree.path.stem, name)))
         remarks = (*chosen.remarks(), *tree.remarks)
-        recordings.append(
-            make_recording(full_name, chosen.layout, chosen.roles, body, chosen.options, remarks)
-        )
+        recordings.append(make_recording(full_name, table, chosen.options, remarks))
     return recordings
 
 
@@ -192,12 +196,11 @@ def preview_tree(tree: Tree, options: ReadOptions) -> tuple[ColumnUse, ...]:
     """What the arrays of a file's first demonstration would be read as."""
     arrays = next(iter(_demonstrations(tree).values()), ())
     try:
-        chosen = _Choice(tree, arrays, options)
+        return tuple(_ArrayTable(tree, arrays, options).uses())
     except InputError:
         if any((options.signals, options.leave_out, *_single_roles(options))):
             raise
         return _propose(use for array in arrays for use in _unread(array))
-    return tuple(chosen.uses())
 
 
 _NUMBERED = re.compile(
@@ -225,20 +228,21 @@ def _demonstrations(tree: Tree) -> dict[str, list[Array]]:
     inner = {array.path for arrays in parts.values() for array in arrays}
     shared = [array for array in shared if array.path not in inner]
     names = sorted(parts, key=natural_order)
-    steps = re.split(r"(?<=[/.])", names[0])
-    shared_steps = min(len(steps) - 1, *(_shared_steps(names[0], name) for name in names))
-    above = len("".join(steps[:shared_steps]))
+    above = len("".join(_shared_steps([re.split(r"(?<=[/.])", name)[:-1] for name in names])))
     return {re.sub(r"[/.]", " ", name[above:]): [*parts[name], *shared] for name in names}
 
 
-class _Choice:
-    """What of the arrays of a demonstration is read, as columns of a table."""
+class _ArrayTable:
+    """The arrays of a demonstration that are read, as columns of a table."""
 
     layout: Layout
     parts: list[tuple[Array, int]]  #: the array of each column, and its place in that
 
     def __init__(self, tree: Tree, arrays: Sequence[Array], options: ReadOptions) -> None:
-        self._tree, self._arrays = tree, arrays
+        self._tree, self._arrays, self._options = tree, arrays, options
+        #: Names that were given for times, labels and counts, and for anything.
+        self._single = _single_roles(options)
+        self._given = [*self._single, *options.signals, *options.leave_out]
         self._usable = [array for array in arrays if array.is_usable]
         self._names: Array | None = None  # the list that names the codes of labels
         self._headings: list[Array] = []  # lists that name the columns of others
@@ -249,74 +253,74 @@ class _Choice:
                 f"'{tree.path}' holds no array of numbers with a row for each sample"
                 f"{f' ({why[:200]})' if why else ''}; there is nothing to import."
             )
-        options = _rename(options, lambda name: (name.removeprefix("/"),))
-        roles = _single_roles(options)
-        names = [*roles, *options.signals, *options.leave_out]
-        #: Beginnings of names of columns, whose arrays are told column by column.
-        self._apart = {re.sub(r"\d+$", "", name) for name in names}
-        for name in names:
-            if not (found := self._named(name)):
-                raise InputError(f"'{tree.path}' has no array '{name}'; it holds {self._holds()}.")
-            if name in roles and (len(found) > 1 or found[0].path == name):
-                self._refuse_several(name, found)
-        signals = self._signals(options)
-        self.rows = signals[0].length
-        if timed := self._named(options.time):
-            self.rows = timed[0].length
+        self._check_names()
+        signals = self._signals()
+        self.rows = (self._named(options.time) or signals)[0].length
         self._refuse_lengths(signals)
-        read = [*signals, *self._others(signals, options)]
-        self.read = [array for array in self._usable if any(array is other for other in read)]
-        self._columns(signals, options)
-        self.options = self._translated(options)
+        read = [*signals, *self._others(signals)]
+        self.read = [array for array in self._usable if array in read]
+        self._columns(signals)
+        self.options = self._translated()
         self.roles: ColumnRoles = choose_roles(self.layout, self.options)
         if self._tree.arrays[0].path:
             # What has no name steps as times where it can; in a remark it is called by its array.
             columns = tuple(replace(column, named=True) for column in self.layout.columns)
             self.layout = replace(self.layout, columns=columns)
 
-    def _refuse_several(self, name: str, found: Sequence[Array]) -> None:
-        """Refuse what is more than one column in the role of one."""
-        if len(found) > 1:
-            cure = f"is a group of {len(found)} arrays; name one of them, such as '{found[0].path}'"
-        elif not found[0].is_vector:
-            cure = f"has {min(found[0].shape)} columns; name one of them, such as '{name} 1'"
-        else:
-            return
-        raise InputError(f"'{self._tree.path}': '{name}' {cure}.")
+    def _check_names(self) -> None:
+        """Refuse names of what is not there, and of more than one column in the role of one."""
+        where = f"'{self._tree.path}'"
+        for name in self._given:
+            if not (found := self._named(name)):
+                raise InputError(f"{where} has no array '{name}'; it holds {self._holds()}.")
+            if name not in self._single:
+                continue
+            if len(found) > 1:
+                raise InputError(
+                    f"{where}: '{name}' is a group of {len(found)} arrays; name one of them, such "
+                    f"as '{found[0].path}'."
+                )
+            if values_within(found[0].path, name) and not found[0].is_vector:
+                raise InputError(
+                    f"{where}: '{name}' has {min(found[0].shape)} columns; name one of them, such "
+                    f"as '{found[0].path} 1'."
+                )
 
     def _named(self, name: str | None) -> list[Array]:
-        return [array for array in self._usable if name and self._means(array, name)]
+        return [array for array in self._usable if name and self._is_meant(array, [name])]
 
     @staticmethod
-    def _means(array: Array, name: str) -> bool:
-        """Whether a name is that of an array, of a group that it is in, or of a column of it."""
-        bare, _, number = name.rpartition(" ")
-        column = number.isdecimal() and 1 <= int(number) <= MOST_COLUMNS
-        if not array.path:
-            return name.isdecimal() or (column and bare == "column")
-        whole = values_within(array.path, name)
-        return whole or name in array.names or (column and values_within(array.path, bare))
+    def _is_meant(array: Array, names: Sequence[str], place: int | None = None) -> bool:
+        """Whether a name is that of an array, of a group that it is in, or of a column of it.
+
+        With a place, whether one means the column there.
+        """
+        if array.path and values_within(array.path, *names):
+            return True
+        columns = [array.names.index(name) for name in names if name in array.names]
+        for title, _, number in (name.rpartition(" ") for name in names):
+            own = values_within(array.path, title) if array.path else title in {"", "column"}
+            if own and number.isdecimal():
+                columns.append(int(number) - 1)
+        return bool(columns) if place is None else place in columns
 
     def _holds(self) -> str:
         """What is in the file, for errors."""
         return listed([array.sized() for array in self._arrays])
 
-    def _signals(self, options: ReadOptions) -> list[Array]:
+    def _signals(self) -> list[Array]:
         """The arrays that become channels; refused where that is not plain."""
-        roles = _single_roles(options)
+        others = (*self._single, *self._options.leave_out)
         whole = [
             array
             for array in self._usable
-            if not array.is_text and not values_within(array.path, *roles, *options.leave_out)
+            if not array.is_text and not values_within(array.path, *others)
         ]
         plain = [
             array
             for array in whole
             if array.dtype.kind not in "Mm"
             and not (array.is_vector and (_is_role_name(array.leaf) or array.codes))
-        ]
-        requested = [
-            array for array in whole if any(self._means(array, name) for name in options.signals)
         ]
         paths = {array.path for array in plain}
         forces = [
@@ -326,20 +330,18 @@ class _Choice:
             # What robomimic also keeps a step later, for learning.
             and not ("next_obs/" in array.path and array.path.replace("next_obs/", "obs/") in paths)
         ]
-        times = self._named(options.time) or [
+        times = self._named(self._options.time) or [
             array for array in self._usable if array.is_vector and is_time_name(array.leaf)
         ]
         lengths = {time.length for time in times} or {max((a.length for a in plain), default=0)}
         beside = [array for array in plain if array.length in lengths]
         flat = all(array.is_vector for array in beside) and len({a.group for a in beside}) == 1
-        found = beside if flat else forces
-        if not found and len(beside) == 1:
-            found = beside
-        signals = [array for array in whole if array in requested or array in found]
-        self._whole = [
+        #: Those that are read without being asked for.
+        self._default = beside if flat or (len(beside) == 1 and not forces) else forces
+        signals = [
             array
-            for array in signals
-            if array in found or values_within(array.path, *options.signals)
+            for array in whole
+            if array in self._default or self._is_meant(array, self._options.signals)
         ]
         if not signals:
             candidates = listed([array.sized() for array in whole]) if whole else self._holds()
@@ -360,53 +362,48 @@ class _Choice:
                 f"it out (--leave-out), or import the two as files of their own."
             )
 
-    def _others(self, signals: Sequence[Array], options: ReadOptions) -> list[Array]:
+    def _others(self, signals: Sequence[Array]) -> list[Array]:
         """What else is read: times, counters, labels; of one name the nearest to the signals."""
-        roles = _single_roles(options)
-        nearest: dict[str, tuple[tuple[bool, int], Array]] = {}
+
+        def rank(array: Array) -> tuple[bool, int]:
+            groups = [re.split(r"[/.]", a.group) for a in (array, signals[0])]
+            return self._is_meant(array, self._single), len(_shared_steps(groups))
+
+        nearest: dict[str, Array] = {}
         for array in self._usable:
             if array in signals:
                 continue
-            requested = any(self._means(array, name) for name in roles)
+            requested, _ = rank(array)
             fits = array.is_vector and array.length == self.rows
             if not fits and requested:
                 raise InputError(
                     f"'{self._tree.path}': {array.sized()} has not a row for each of the "
                     f"{self.rows:,} samples of {signals[0].path}; name another array."
                 )
-            left = values_within(array.path, *options.leave_out)
+            left = values_within(array.path, *self._options.leave_out)
             likely = _is_role_name(array.leaf) or array.is_text or array.codes
-            if not fits or left or not (likely or requested):
-                continue
-            rank = requested, _shared_steps(array.group, signals[0].group)
-            if array.leaf not in nearest or rank > nearest[array.leaf][0]:
-                nearest[array.leaf] = rank, array
-        return [array for _, array in nearest.values()]
+            if fits and not left and (likely or requested):
+                nearest[array.leaf] = max(nearest.get(array.leaf, array), array, key=rank)
+        return list(nearest.values())
 
-    def _is_read(self, array: Array, place: int, name: str, options: ReadOptions) -> bool:
-        """Whether a column is read: all of them are, but where some were asked for by name."""
-        named = (*options.signals, options.time, options.label, options.counter)
-        column = f"{array.path} {place + 1}"
-        return array in self._whole or any(other in {name, column} for other in named)
-
-    def _columns(self, signals: Sequence[Array], options: ReadOptions) -> None:
+    def _columns(self, signals: Sequence[Array]) -> None:
         """Make the columns of a table: `layout`, and the array and place of each in `parts`."""
-        fields_ = with_sensors([self._field(array) for array in signals])
-        names = {field_.topic: field_.names for field_ in fields_}
-        taken = Counter(name for field_ in fields_ for name in field_.names)
+        named = with_sensors([self._field(array) for array in signals])
+        names = {array.path: field_.names for array, field_ in zip(signals, named, strict=True)}
+        taken = {name for field_ in named for name in field_.names}
+        requested = [*self._options.signals, *self._single]
         columns: list[Column] = []
         kinds: list[CellType] = []
         cells: list[list[str]] = []
         self.parts = []
         for array in self.read:
             table = array.sample_table(self.rows, slice(_SAMPLE))
-            titles = names.get(f"/{array.path}")
-            if titles is None:
-                titles = (array.path if taken[array.leaf] else array.leaf,)
+            titles = names.get(array.path, (array.path if array.leaf in taken else array.leaf,))
+            whole = array in self._default or array not in signals
             unit = "ns" if array.dtype.kind == "m" else array.unit
             given = len(titles) == 1 or not titles[0].startswith(f"{array.leaf or 'column'} 1")
             for place, name in enumerate(titles):
-                if array in signals and not self._is_read(array, place, name, options):
+                if not (whole or self._is_meant(array, requested, place)):
                     continue
                 self.parts.append((array, place))
                 columns.append(Column(name, unit, named=given and bool(array.path)))
@@ -414,9 +411,8 @@ class _Choice:
                 kinds.append(_kind(array, cells[-1]))
         rates = [array.rate for array in signals if array.rate]
         rates += [rate for array in self._arrays if (rate := _stated_rate(array))]
-        width = len(columns)
         self.layout = Layout(
-            Dialect(",", ".", width),
+            Dialect(",", ".", len(columns)),
             tuple(columns),
             tuple(kinds),
             0,
@@ -428,126 +424,114 @@ class _Choice:
 
     def _field(self, array: Array) -> Field:
         """An array's columns as numbers that belong together, with their names."""
-        number = array.width(self.rows)
-        names, _ = name_forces(array.leaf, number)
-        force = bool(names)
-        leaf = array.leaf or "column"
-        if given := self._column_names(array, number):
-            names = given
-        elif number == 6 and force and re.search("force", array.leaf, re.IGNORECASE):
-            self._wrenches.append(array)
-        elif not names or number == 1:
-            names = (leaf,) if number == 1 else tuple(f"{leaf} {i + 1}" for i in range(number))
+        number, leaf = array.width(self.rows), array.leaf or "column"
+        forces, _ = name_forces(array.leaf, number)
+        names: tuple[str, ...] = (leaf,)
+        if number > 1:
+            counted = tuple(f"{leaf} {i + 1}" for i in range(number))
+            given = self._column_names(array, number)
+            names = given or forces or counted
+            if len(forces) == 6 and not given and "force" in array.leaf.lower():
+                self._wrenches.append(array)
         leaves = tuple((i,) for i in range(number))
-        return Field(f"/{array.path}", (), leaves, names, (array.unit,) * number, force)
+        return Field(f"/{array.path}", (), leaves, names, (array.unit,) * number, bool(forces))
 
     def _column_names(self, array: Array, number: int) -> tuple[str, ...]:
         """The names of an array's columns, of its own or in a list of words beside it."""
-        if number == 1:
-            return ()
-        beside = [
-            other
-            for other in self._usable
-            if other.is_text and other.is_vector and other.group == array.group
-        ]
-        names = array.names
-        if self._name_each(number, names):
-            return names
-        for other in beside:
-            if other.length == number != self.rows:
-                names = tuple(self._words_of(other))
-                if self._name_each(number, names):
-                    self._headings.append(other)
-                    return names
+        for other in (None, *self._lists_beside(array)):
+            names = tuple(_words_of(other)) if other else array.names
+            if len(names) == number == len(set(names)) and all(map(str.strip, names)):
+                self._headings += [other] if other else []
+                return names
         return ()
 
-    @staticmethod
-    def _name_each(number: int, names: Sequence[str]) -> bool:
-        """Whether names are one for each of so many columns."""
-        return len(names) == number == len(set(names)) and all(map(str.strip, names))
+    def _lists_beside(self, array: Array) -> list[Array]:
+        """The lists of words in an array's group, which may name its columns or its codes."""
+        return [
+            other
+            for other in self._usable
+            if other.is_text
+            and other.is_vector
+            and other.group == array.group
+            and other.length < self.rows
+        ]
 
-    @staticmethod
-    def _words_of(array: Array) -> list[str]:
-        """The words of a list."""
-        return _cells(array.sample_table(array.length)[:, 0])
-
-    def _translated(self, options: ReadOptions) -> ReadOptions:
+    def _translated(self) -> ReadOptions:
         """The options, with the names that arrays and groups have as columns."""
+        options = self._options
 
-        def columns(name: str) -> tuple[str, ...]:
-            found = [
-                column.name
-                for column, (array, place) in zip(self.layout.columns, self.parts, strict=True)
-                if values_within(array.path, name) or f"{array.path} {place + 1}".strip() == name
-            ]
-            return tuple(found) or (name,)
+        def columns(*names: str) -> tuple[str, ...]:
+            found: list[str] = []
+            for name in names:
+                found += [
+                    column.name
+                    for column, (array, place) in zip(self.layout.columns, self.parts, strict=True)
+                    if self._is_meant(array, [name], place)
+                ] or [name]
+            return tuple(found)
 
-        options = _rename(options, columns)
+        def role(name: str | None) -> str | None:
+            return columns(name)[0] if name else None
+
         known = {column.name for column in self.layout.columns}
-        left_out = (name for name in options.leave_out if name in known or name.isdecimal())
-        return replace(options, leave_out=tuple(left_out))
+        left_out = (n for n in columns(*options.leave_out) if n in known or n.isdecimal())
+        return replace(
+            options,
+            time=role(options.time),
+            label=role(options.label),
+            counter=role(options.counter),
+            signals=columns(*options.signals),
+            leave_out=tuple(left_out),
+        )
 
-    def body(self) -> Generator[Progress, None, TableBody]:
+    def table(self) -> Generator[Progress, None, Table]:
         """Read the arrays, that of the times first, while there is nothing else in memory."""
-        numeric = [index for index in range(len(self.parts)) if index in self.roles.numeric]
+        numeric, time = list(self.roles.numeric), self.roles.time
         table = np.empty((self.rows, len(numeric)))
         words: dict[int, TextColumn] = {}
-        times, time = None, self.roles.time
+        times, timed = None, None
+        if time is not None:
+            timed, title = self.parts[time][0], self.layout.columns[time]
+            reader, stamps = TimestampReader(self.layout.cells(time), "."), np.empty(self.rows)
         done, total = 0, sum(array.size for array in self.read)
-        parts = sorted(enumerate(self.parts), key=lambda part: part[0] != time)
-        for array, group in groupby(parts, key=lambda part: part[1][0]):
-            places = {index: place for index, (_, place) in group}
-            whole = any(index != time and index not in numeric for index in places)  # of words
-            step = self.rows if whole else array.block(self.rows)
-            if time in places:
-                reader, stamps = TimestampReader(self.layout.cells(time), "."), np.empty(self.rows)
-            for start in range(0, self.rows, step):
-                values = np.empty((0, 0))  # so that those before are gone when these come
-                values = array.sample_table(self.rows, slice(start, start + step))
+        for array in sorted(self.read, key=lambda array: array is not timed):
+            places = {i: place for i, (other, place) in enumerate(self.parts) if other is array}
+            of_words = not places.keys() <= {time, *numeric}
+            for part in [_ALL] if of_words else array.blocks(self.rows):
+                values = array.sample_table(self.rows, part)
                 done += values.nbytes
-                if (
-                    values.shape == table.shape
-                    and values.dtype == np.float64
-                    and values.base is None
-                    and places.keys() >= set(numeric)
-                ):
-                    table = values  # which needs no copy
                 for index, place in places.items():
-                    column = values[:, place]
-                    if index == time:
-                        text = column.dtype.kind in "OSU"
-                        stamps[start : start + step] = (
-                            reader.read(_cells(column)) if text else reader.from_array(column)
-                        )
+                    if index == time and array.is_text:
+                        stamps[part] = reader.read(_cells(values[:, place]))
+                    elif index == time:
+                        stamps[part] = reader.from_array(values[:, place])
                     elif index in numeric:
-                        part = table[start : start + step, numeric.index(index)]
-                        part[:] = column
-                        part[~np.isfinite(part)] = np.nan
+                        column = table[part, numeric.index(index)]
+                        column[:] = values[:, place]
+                        column[~np.isfinite(column)] = np.nan
                     else:
-                        names = array.codes or self._code_names(array)
-                        words[index] = _words(column, names)
+                        names = self._code_names(array, values[:, place])
+                        words[index] = _words(values[:, place], names)
+                del values  # before the next ones come
                 yield reading_progress(self.layout.path, done, total)
-            if time in places:
-                title = self.layout.columns[time]
-                unit = unit_of_time(title)
-                times = reader.finish(stamps, unit, self.layout.path, title.name)
+            if array is timed:
+                times = reader.finish(stamps, unit_of_time(title), self.layout.path, title.name)
         ragged = np.zeros(self.rows, np.bool_)
-        return TableBody(numeric, table, words, range(1, self.rows + 1), ragged, times)
+        lines = range(1, self.rows + 1)
+        return Table(self.layout, self.roles, numeric, table, words, lines, ragged, times)
 
-    def _code_names(self, array: Array) -> Mapping[int, str]:
-        """What the codes of an array stand for, by a list of words beside it that is as long."""
-        if array.is_text:
-            return {}
-        used = np.unique(array.sample_table(self.rows))
-        for other in self._usable:
-            beside = other.group == array.group and other.is_text and other.is_vector
-            if beside and not array.names and used.size and other.length < self.rows:
-                names = self._words_of(other)
-                first = 1 if used[-1] == len(names) else 0
-                if used[0] >= -1 and used[-1] < len(names) + first:
-                    self._names = other
-                    return {-1: "", 0: "", **dict(enumerate(names, first))}
-        return dict(enumerate(array.names))
+    def _code_names(self, array: Array, codes: NDArray[Any]) -> Mapping[int, str]:
+        """What the codes in an array stand for, by its own words or a list of them beside it."""
+        if array.codes or array.names or array.dtype.kind not in "biuf":
+            return array.codes or dict(enumerate(array.names))
+        lowest, highest = codes.min(), codes.max()
+        for other in self._lists_beside(array):
+            names = _words_of(other)
+            first = 1 if highest == len(names) else 0
+            if lowest >= -1 and highest < len(names) + first:
+                self._names = other
+                return {-1: "", 0: "", **dict(enumerate(names, first))}
+        return {}
 
     def remarks(self) -> Iterator[str]:
         """What was read, and what was not."""
@@ -587,7 +571,8 @@ class _Choice:
                 if other is array
             }
             width = array.width(self.rows) if read else 1
-            apart = len({row.use for row in read.values()}) > 1 or f"{array.path} " in self._apart
+            by_column = [name for name in self._given if not values_within(array.path, name)]
+            apart = len({row.use for row in read.values()}) > 1 or self._is_meant(array, by_column)
             if not read:
                 yield from _unread(array)
             elif width == 1 or apart or not array.path:
@@ -609,18 +594,14 @@ _TEXT: Final[tuple[Use, ...]] = ("labels", "times", "left out")
 
 def _unread(array: Array) -> Iterator[ColumnUse]:
     """An array that is not read, and what it can be made; of a single value nothing is told."""
-    choices: tuple[Use, ...] = _WHOLE
+    choices: tuple[Use, ...] = ("left out",)
     cells: tuple[str, ...] = ()
-    if array.is_text:
-        choices = _TEXT
-    elif array.is_vector:
-        choices = ANY_USE
     if array.is_usable:
+        choices = _TEXT if array.is_text else ANY_USE if array.is_vector else _WHOLE
         with suppress(InputError):  # told when it is chosen
             table = array.sample_table(array.length, slice(3))
             cells = _few(table[:, 0] if array.is_vector else table[0])
     if array.length > 1:
-        choices = choices if array.is_usable else ("left out",)
         yield ColumnUse(array.path, array.unit, "left out", cells, choices, array.size_text)
 
 
@@ -650,26 +631,10 @@ def _single_roles(options: ReadOptions) -> list[str]:
     return [name for name in (options.time, options.label, options.counter) if name]
 
 
-def _rename(options: ReadOptions, names: Callable[[str], tuple[str, ...]]) -> ReadOptions:
-    """The options with other names for what they name; a role is the first of several."""
-
-    def role(name: str | None) -> str | None:
-        return names(name)[0] if name else None
-
-    return replace(
-        options,
-        time=role(options.time),
-        label=role(options.label),
-        counter=role(options.counter),
-        signals=tuple(new for name in options.signals for new in names(name)),
-        leave_out=tuple(new for name in options.leave_out for new in names(name)),
-    )
-
-
-def _shared_steps(path: str, other: str) -> int:
-    """How many groups two paths have in common, from the outermost on."""
-    pairs = zip(re.split(r"[/.]", path), re.split(r"[/.]", other), strict=False)
-    return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], pairs))
+def _shared_steps(paths: Iterable[Sequence[str]]) -> list[str]:
+    """The steps with which all paths begin."""
+    alike = takewhile(lambda steps: len(set(steps)) == 1, zip(*paths, strict=False))
+    return [steps[0] for steps in alike]
 
 
 def _is_role_name(name: str) -> bool:
@@ -708,13 +673,17 @@ def _cells(values: NDArray[Any]) -> list[str]:
     return [str(value) for value in values.tolist()]
 
 
+def _words_of(array: Array) -> list[str]:
+    """The words of a list."""
+    return _cells(array.sample_table(array.length)[:, 0])
+
+
 def _kind(array: Array, cells: Sequence[str]) -> CellType:
     """What an array's column holds, by its first cells."""
     if not array.is_text:
         return CellType.STAMP if array.dtype.kind == "M" else CellType.NUMBER
-    kinds = [cell_type(cell) for cell in cells if cell.strip()]
-    stamps = kinds.count(CellType.STAMP)
-    return CellType.STAMP if stamps and stamps == len(kinds) else CellType.TEXT
+    kinds = {cell_type(cell) for cell in cells if cell.strip()}
+    return CellType.STAMP if kinds == {CellType.STAMP} else CellType.TEXT
 
 
 def _words(values: NDArray[Any], names: Mapping[int, str]) -> TextColumn:

@@ -17,13 +17,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import datetime
-from itertools import islice
+from itertools import chain, count, islice
 from pathlib import Path, PureWindowsPath
 from typing import Any, Final
 
 from forcelab.clock import ClockMap
 from forcelab.errors import InputError
-from forcelab.formats.json_values import GZIP, LARGEST, JsonValue, read_json
+from forcelab.formats.json_values import GZIP, JsonValue, read_content, read_json
 from forcelab.formats.label_files import LabelOptions, LabelSet, own_stem
 from forcelab.formats.table_sniff import encoding_of
 from forcelab.formats.track_text import plain_times
@@ -83,7 +83,17 @@ def to_boris(name: str, observations: Sequence[Observation], vocabulary: Vocabul
         "project_format_version": FORMAT_VERSION,
         "subjects_conf": {},
         "behaviors_conf": {
-            str(number): _behaviour(action.name, action.key, action.colour)
+            str(number): {
+                "type": "State event",
+                "key": action.key,
+                "code": action.name,
+                "description": "",
+                "color": action.colour,
+                "category": "",
+                "modifiers": {},
+                "excluded": "",
+                "coding map": "",
+            }
             for number, action in enumerate(actions)
         },
         "behavioral_categories": [],
@@ -105,29 +115,12 @@ def to_boris(name: str, observations: Sequence[Observation], vocabulary: Vocabul
     return json.dumps(content, ensure_ascii=True, indent=1).encode()
 
 
-def _behaviour(code: str, key: str, colour: str) -> dict[str, Any]:
-    """An action as an entry of the ethogram."""
-    return {
-        "type": "State event",
-        "key": key,
-        "code": code,
-        "description": "",
-        "color": colour,
-        "category": "",
-        "modifiers": {},
-        "excluded": "",
-        "coding map": "",
-    }
-
-
 def _ids(observations: Iterable[Observation]) -> list[str]:
     ids: dict[str, None] = {}
     for observation in observations:
-        name = new = f"{observation.name} - {observation.track.author}".strip()
-        number = 2
-        while new in ids:
-            new, number = f"{name} ({number})", number + 1
-        ids[new] = None
+        name = f"{observation.name} - {observation.track.author}".strip()
+        numbered = (f"{name} ({number})" for number in count(2))
+        ids[next(id_ for id_ in chain([name], numbered) if id_ not in ids)] = None
     return list(ids)
 
 
@@ -159,9 +152,10 @@ def _observation(observation: Observation) -> dict[str, Any]:
         live = {"scan_sampling_time": 0, "start_from_current_time": False}
         live["start_from_current_epoch_time"] = False
         return {"type": "LIVE", "file": {}, **common, **live}
-    files: dict[str, list[str]] = {str(player): [] for player in range(1, PLAYERS + 1)}
-    for player, video in enumerate(videos, 1):
-        files[str(player)] = [str(video.path)]
+    files = {
+        str(player): [str(video.path) for video in videos[player - 1 : player]]
+        for player in range(1, PLAYERS + 1)
+    }
     info = {
         "length": {str(video.path): video.seconds for video in videos},
         "fps": {str(video.path): video.fps for video in videos},
@@ -202,6 +196,9 @@ _STATUS: Final = frozenset(["status", "behavior type"])
 #: What BORIS writes for a value that it does not know.
 _NOTHING: Final = frozenset(["", "na", "nan", "none", "not found", "live"])
 
+#: Subject, behavior and modifiers, between which a "|" stands.
+_State = tuple[str, str, str]
+
 
 @dataclass(slots=True)
 class _ReadObservation:
@@ -211,11 +208,35 @@ class _ReadObservation:
     media: dict[str, float] = field(default_factory=dict)
     duration: float | None = None
     states: list[tuple[str, Segment]] = field(default_factory=list)  #: with their subjects
+    #: where and when states started that have not stopped
+    started: dict[_State, tuple[str, float]] = field(default_factory=dict)
     left_out: Counter[str] = field(default_factory=Counter)
     remarks: list[str] = field(default_factory=list)
 
-    def add(self, where: str, subject: str, action: str, start: float, end: float) -> None:
-        """A state, its times as the file has them."""
+    def add_event(self, where: str, state: _State, time: float, kind: str | None = None) -> None:
+        """The start or stop of a state; in projects, which do not tell, it is what is due."""
+        started = state in self.started
+        if kind is None:
+            kind = "STOP" if started else "START"
+        if kind == "START" and not started:
+            self.started[state] = where, time
+        elif kind == "STOP" and started:
+            self.add_state(where, state, self.started.pop(state)[1], time)
+        elif kind in ("START", "STOP"):
+            raise _unpaired(where, state, time, "starts" if kind == "STOP" else "stops")
+        else:
+            raise InputError(
+                f"{where}: '{kind[:80]}' is neither START, STOP nor POINT; export it again."
+            )
+
+    def add_state(self, where: str, state: _State, start: float, end: float) -> None:
+        """A state, its times as the file has them, with its modifiers in brackets."""
+        subject, code, modifiers = state
+        chosen = [part.strip() for part in modifiers.split("|")]
+        chosen = [part for part in chosen if part.lower() not in ("", "none")]
+        if chosen:
+            self.remarks.append("Modifiers stand in brackets behind their behavior.")
+        action = f"{code} ({', '.join(chosen)})" if chosen else code
         if means_unlabelled(action) or not action:
             return
         if end < start:
@@ -226,7 +247,23 @@ class _ReadObservation:
         segment = Segment(start - self.offset, end - self.offset, action)
         self.states.append((subject, segment))
 
+    def add_media(
+        self, files: Iterable[tuple[str, float]], offset: float = 0.0, player: str = "1"
+    ) -> None:
+        """Files, with their durations, that follow each other in a player."""
+        start = 0.0
+        for name, duration in files:
+            # A path may be of another system.
+            self.media.setdefault(PureWindowsPath(name).name, 0.0 - start - offset)
+            if not duration:  # when the next ones begin is not known
+                return
+            start += duration
+        if start and player == "1":
+            self.duration = start
+
     def labels(self, path: Path, options: LabelOptions) -> LabelSet:
+        for state, (where, start) in self.started.items():
+            raise _unpaired(where, state, start, "stops")
         subjects = dict.fromkeys(subject for subject, _ in self.states)
         segments: dict[str, list[Segment]] = defaultdict(list)
         for subject, segment in self.states:
@@ -302,7 +339,6 @@ def _read_project(path: Path) -> list[_ReadObservation]:
             continue
         observation.offset = content.member("time offset").number(0.0)
         _find_media(observation, content)
-        open_states: dict[tuple[str, ...], float] = {}
         for event in events:
             values = event.items()
             if len(values) < 3:
@@ -314,14 +350,7 @@ def _read_project(path: Path) -> list[_ReadObservation]:
             if code in points:
                 observation.left_out["point event"] += 1
                 continue
-            time, key = values[0].number(), (subject, code, modifiers)
-            if key not in open_states:
-                open_states[key] = time
-                continue
-            action = _action(observation, code, modifiers.split("|"))
-            observation.add(event.where, subject, action, open_states.pop(key), time)
-        for (_, code, _), start in open_states.items():
-            raise _unpaired(content.where, code, start, "stops")
+            observation.add_event(event.where, (subject, code, modifiers), values[0].number())
     return observations
 
 
@@ -331,34 +360,15 @@ def _find_media(observation: _ReadObservation, content: JsonValue) -> None:
     lengths = information.member("length")
     for player, files in content.member("file").members():
         names = [file.text() for file in files.items()]
-        durations = [lengths.member(name).number(0.0) for name in names]
         offset = information.member("offset").member(player).number(0.0)
-        _add_media(observation, names, durations, offset)
-        if player == "1" and durations and all(durations):
-            observation.duration = sum(durations)
-
-
-def _add_media(
-    observation: _ReadObservation, names: Sequence[str], durations: Sequence[float], offset: float
-) -> None:
-    """Files that follow each other in a player, as far as is known when they begin."""
-    start = 0.0
-    for name, duration in zip(names, durations, strict=False):
-        # A path may be of another system.
-        observation.media.setdefault(PureWindowsPath(name).name, 0.0 - start - offset)
-        if not duration:
-            break
-        start += duration
+        known = [(name, lengths.member(name).number(0.0)) for name in names]
+        observation.add_media(known, offset, player)
 
 
 def _read_events(path: Path) -> list[_ReadObservation]:
     """Read a table of tabular or aggregated events."""
-    with path.open("rb") as stream:
-        content = stream.read(LARGEST + 1)
-    if len(content) > LARGEST:
-        raise InputError(f"'{path}' is longer than {LARGEST >> 20} MB; export it in parts.")
     try:
-        text = content.decode(encoding_of(path))
+        text = read_content(path).decode(encoding_of(path))
     except UnicodeDecodeError as error:
         raise InputError(f"'{path}' is no text ({error}); export it from BORIS again.") from error
     found = _find_header(text)
@@ -367,7 +377,6 @@ def _read_events(path: Path) -> list[_ReadObservation]:
     separator, names = found
     preamble: dict[str, str] = {}
     observations: dict[str, _ReadObservation] = {}
-    open_states: dict[tuple[str, ...], tuple[str, float]] = {}
     header_seen = False
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator)
     try:
@@ -379,11 +388,9 @@ def _read_events(path: Path) -> list[_ReadObservation]:
                     preamble.setdefault(cells[0].casefold(), cells[1])
             elif any(cells):
                 where = f"'{path}', line {reader.line_num}"
-                _read_event(path, where, names, cells, preamble, observations, open_states)
+                _read_event(path, where, names, cells, preamble, observations)
     except csv.Error as error:
         raise InputError(f"'{path}', line {reader.line_num}: {error}; export it again.") from error
-    for (_, _, code, _), (where, start) in open_states.items():
-        raise _unpaired(where, code, start, "stops")
     return list(observations.values())
 
 
@@ -394,14 +401,14 @@ def _read_event(
     cells: Sequence[str],
     preamble: Mapping[str, str],
     observations: dict[str, _ReadObservation],
-    open_states: dict[tuple[str, ...], tuple[str, float]],
 ) -> None:
     """Take one row of a table of events."""
     if len(cells) < len(names):
         raise InputError(
             f"{where} has {len(cells)} cells where {len(names)} are expected; export it again."
         )
-    row = {**preamble, **dict(zip(names, cells, strict=False))}
+    own = dict(zip(names, cells, strict=False))
+    row = {**preamble, **own}
     id_ = row.get("observation id") or own_stem(path)
     observation = observations.get(id_)
     if observation is None:
@@ -415,26 +422,13 @@ def _read_event(
     if kind == "POINT":
         observation.left_out["point event"] += 1
         return
-    modifiers = [
-        cell for name, cell in zip(names, cells, strict=False) if name.startswith("modif") and cell
-    ]
-    modifiers = [part for cell in modifiers for part in cell.split("|")]
-    action = _action(observation, code, modifiers)
-    if "time" not in names:
-        start, end = (_seconds(where, row, name) for name in ("start (s)", "stop (s)"))
-        observation.add(where, subject, action, start, end)
-        return
-    time, key = _seconds(where, row, "time"), (id_, subject, code, "|".join(modifiers))
-    if kind == "START" and key not in open_states:
-        open_states[key] = where, time
-    elif kind == "STOP" and key in open_states:
-        observation.add(where, subject, action, open_states.pop(key)[1], time)
-    elif kind in ("START", "STOP"):
-        raise _unpaired(where, code, time, "starts" if kind == "STOP" else "stops")
+    modifiers = "|".join(cell for name, cell in own.items() if name.startswith("modif"))
+    state = subject, code, modifiers
+    if "time" in names:
+        observation.add_event(where, state, _seconds(where, row, "time"), kind)
     else:
-        raise InputError(
-            f"{where}: '{kind[:80]}' is neither START, STOP nor POINT; export it again."
-        )
+        start, end = (_seconds(where, row, name) for name in ("start (s)", "stop (s)"))
+        observation.add_state(where, state, start, end)
 
 
 def _describe(observation: _ReadObservation, where: str, row: Mapping[str, str]) -> None:
@@ -452,9 +446,7 @@ def _describe(observation: _ReadObservation, where: str, row: Mapping[str, str])
     lengths = [float(cell) if _NUMBER.fullmatch(cell) else 0.0 for cell in durations.split(";")]
     if len(lengths) != len(names):
         lengths = [0.0] * len(names)
-    _add_media(observation, names, lengths, 0.0)
-    if names and all(lengths):
-        observation.duration = sum(lengths)
+    observation.add_media(zip(names, lengths, strict=True))
     if names and "time offset (s)" not in row:
         observation.remarks.append("No time offset stands in the file; none was assumed.")
 
@@ -495,17 +487,8 @@ def _observer(variables: Mapping[str, str]) -> str:
     return next((v for name in _OBSERVERS if (v := variables.get(name, "").strip())), "")
 
 
-def _action(observation: _ReadObservation, code: str, modifiers: Iterable[str]) -> str:
-    """A behavior, with its modifiers in brackets."""
-    chosen = [part.strip() for part in modifiers if part.strip().lower() not in ("", "none")]
-    if not chosen:
-        return code
-    observation.remarks.append("Modifiers stand in brackets behind their behavior.")
-    return f"{code} ({', '.join(chosen)})"
-
-
-def _unpaired(where: str, code: str, time: float, missing: str) -> InputError:
+def _unpaired(where: str, state: _State, time: float, missing: str) -> InputError:
     return InputError(
-        f"{where}: '{code[:80]}' at {time:g} s never {missing}; pair the state events in BORIS "
+        f"{where}: '{state[1][:80]}' at {time:g} s never {missing}; pair the state events in BORIS "
         f"(Observations > Check state events)."
     )

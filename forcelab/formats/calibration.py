@@ -20,8 +20,9 @@ from __future__ import annotations
 import math
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -30,7 +31,7 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
-from forcelab.formats.optoforce_packets import SensorKind
+from forcelab.formats.optoforce_packets import KINDS, SensorKind
 from forcelab.io import small_text
 
 if sys.version_info >= (3, 11):
@@ -41,7 +42,7 @@ else:
 
 #: The table for all serial numbers that have none of their own.
 ANY: Final = "any"
-_AXES: Final = ("fx", "fy", "fz", "tx", "ty", "tz")
+_AXES: Final = KINDS[-1].axes
 _SENSOR: Final = re.compile(r"sensor[1-9]\d?")
 
 
@@ -53,7 +54,7 @@ class Calibration:
     positive: NDArray[np.float64]  #: newtons (or newton metres) per count above zero, shape (c,)
     negative: NDArray[np.float64]
 
-    def apply(self, counts: NDArray[np.int16]) -> NDArray[np.float64]:
+    def apply(self, counts: NDArray[np.int16] | NDArray[np.float64]) -> NDArray[np.float64]:
         """Convert counts, shape (n, c), to newtons and newton metres."""
         newtons = np.where(counts < 0, self.negative, self.positive)
         return counts.astype(np.float64) * newtons
@@ -64,8 +65,8 @@ class Calibrations:
     """A calibration file that was read and checked."""
 
     path: Path
-    #: by serial number, sensor ("sensor1") and axis: newtons per count above and below zero
-    tables: Mapping[str, Mapping[str, Mapping[str, tuple[float, float]]]]
+    #: by serial number, then sensor ("sensor1") and axis: newtons per count above and below zero
+    tables: Mapping[str, Mapping[tuple[str, str], tuple[float, float]]]
 
     def find(self, serial: str | None, kind: SensorKind) -> Calibration:
         """The calibration of a DAQ.
@@ -73,17 +74,16 @@ class Calibrations:
         Without a serial number it is that of the table ``any``, or the only one there is.
         """
         name = self._table(serial)
-        axes = [
-            (f"sensor{number + 1}", axis) for number in range(kind.sensors) for axis in kind.axes
-        ]
+        table = self.tables[name]
+        axes = [(f"sensor{i + 1}", axis) for i in range(kind.sensors) for axis in kind.axes]
         for sensor, axis in axes:
-            if axis not in self.tables[name].get(sensor, {}):
+            if (sensor, axis) not in table:
                 raise InputError(
                     f"'{self.path}' has no '{axis}' in [{name}.{sensor}], which the {kind.name} "
-                    f"packets of {_sensor_name(serial)} need; add it, such as "
+                    f"packets of {f'DAQ {serial}' if serial else 'the DAQ'} need; add it, such as "
                     f"{axis} = {{ capacity = 40.0, counts = 16037 }}."
                 )
-        newtons = np.array([self.tables[name][sensor][axis] for sensor, axis in axes])
+        newtons = np.array([table[place] for place in axes])
         return Calibration(f"{self.path.name}, [{name}]", newtons[:, 0], newtons[:, 1])
 
     def _table(self, serial: str | None) -> str:
@@ -100,8 +100,8 @@ class Calibrations:
                 f"tell its DAQ's serial number; name a file with one of them only."
             )
         raise InputError(
-            f"'{self.path}' has no section [{serial}.sensor1] for {_sensor_name(serial)}; copy the "
-            f"numbers of its calibration sheet there, or call a section [{ANY}.sensor1]."
+            f"'{self.path}' has no section [{serial}.sensor1] for DAQ {serial}; copy the numbers "
+            f"of its calibration sheet there, or call a section [{ANY}.sensor1]."
         )
 
 
@@ -126,80 +126,53 @@ def read_calibrations(path: Path) -> Calibrations:
         raise InputError(
             f"The calibration file '{path}' cannot be read: {error.strerror}; check its name."
         ) from error
-    checked = {
-        serial: {
-            sensor: _sensor(_Location(path, text, (serial, sensor)), axes)
-            for sensor, axes in _table(_Location(path, text, (serial,)), sensors).items()
-        }
-        for serial, sensors in content.items()
-    }
-    if not checked:
+    tables = _checked(path, text, content)
+    if not tables:
         raise InputError(f"'{path}' calibrates nothing; add a section such as [{ANY}.sensor1].")
-    return Calibrations(path, checked)
+    return Calibrations(path, tables)
 
 
-@dataclass(frozen=True, slots=True)
-class _Location:
-    """A place in a calibration file, for error messages."""
+def _checked(
+    path: Path, text: str, content: Mapping[str, Any]
+) -> dict[str, dict[tuple[str, str], tuple[float, float]]]:
+    """The tables of a calibration file, as of :class:`Calibrations`."""
 
-    path: Path
-    text: str
-    keys: tuple[str, ...]
-
-    def refusal(self, problem: str) -> InputError:
+    def refusal(keys: tuple[str, ...], problem: str) -> InputError:
         """An error that names the line, as far as the keys are found in the text in their order."""
-        lines, line = self.text.splitlines(), 0
-        for key in self.keys:
+        lines, line = text.splitlines(), 0
+        for key in keys:
             word = re.compile(rf"(?<![\w-]){re.escape(key)}(?![\w-])")
             matches = (i for i in range(line, len(lines)) if word.search(lines[i].split("#")[0]))
             line = next(matches, line)
-        return InputError(f"'{self.path}', line {line + 1}: {'.'.join(self.keys)} {problem}")
+        return InputError(f"'{path}', line {line + 1}: {'.'.join(keys)} {problem}")
+
+    tables: dict[str, dict[tuple[str, str], tuple[float, float]]] = {}
+    for serial, sensors in content.items():
+        if not isinstance(sensors, dict) or not sensors:
+            raise refusal((serial,), "must be a section of sensors, such as [any.sensor1].")
+        for sensor, axes in sensors.items():
+            if not _SENSOR.fullmatch(sensor):
+                problem = f"holds '{sensor}'; its sections are called sensor1, sensor2, ..."
+                raise refusal((serial,), problem)
+            if not isinstance(axes, dict) or not axes:
+                problem = "must hold axes, such as fz = { capacity = 40.0, counts = 16037 }."
+                raise refusal((serial, sensor), problem)
+            for axis, value in axes.items():
+                newtons = _newtons(axis, value, partial(refusal, (serial, sensor, axis)))
+                tables.setdefault(serial, {})[sensor, axis] = newtons
+    return tables
 
 
-def _table(place: _Location, value: Any) -> Mapping[str, Any]:
-    """Check the sensors of a serial number."""
-    if not isinstance(value, dict) or not value:
-        raise place.refusal("must be a section of sensors, such as [any.sensor1].")
-    for name in value:
-        if not _SENSOR.fullmatch(name):
-            raise place.refusal(f"holds '{name}'; its sections are called sensor1, sensor2, ...")
-    return value
-
-
-def _sensor(place: _Location, axes: Any) -> dict[str, tuple[float, float]]:
-    """Newtons per count of each axis of a sensor, above and below zero."""
-    if not isinstance(axes, dict) or not axes:
-        raise place.refusal("must hold axes, such as fz = { capacity = 40.0, counts = 16037 }.")
-    return {
-        axis: _newtons(_Location(place.path, place.text, (*place.keys, axis)), value)
-        for axis, value in axes.items()
-    }
-
-
-def _newtons(place: _Location, value: Any) -> tuple[float, float]:
+def _newtons(axis: str, value: Any, refusal: Callable[[str], InputError]) -> tuple[float, float]:
     """Newtons per count of one axis, above and below zero."""
-    if place.keys[-1] not in _AXES:
-        raise place.refusal(f"is no axis; they are called {', '.join(_AXES)}.")
+    if axis not in _AXES:
+        raise refusal(f"is no axis; they are called {', '.join(_AXES)}.")
     if not isinstance(value, dict) or value.keys() != {"capacity", "counts"}:
-        raise place.refusal("must be such as { capacity = 40.0, counts = 16037 }.")
-    above, below = zip(
-        *(_pair(place, name, value[name]) for name in ("capacity", "counts")), strict=True
-    )
+        raise refusal("must be such as { capacity = 40.0, counts = 16037 }.")
+    pairs = {name: n if isinstance(n, list) else [n, n] for name, n in value.items()}
+    for name, pair in pairs.items():
+        # type() and not isinstance(): true and false are no numbers.
+        if len(pair) != 2 or not all(type(n) in (int, float) and 0 < n < math.inf for n in pair):
+            raise refusal(f"needs a {name} above zero, or two such numbers in [...] (+ and -).")
+    above, below = zip(pairs["capacity"], pairs["counts"], strict=True)
     return above[0] / above[1], below[0] / below[1]
-
-
-def _pair(place: _Location, name: str, value: Any) -> tuple[float, float]:
-    """A number for both signs, or one for each."""
-    both = value if isinstance(value, list) else [value, value]
-    if len(both) != 2 or not all(_is_positive(number) for number in both):
-        raise place.refusal(f"needs a {name} above zero, or two such numbers in [...] (+ and -).")
-    return float(both[0]), float(both[1])
-
-
-def _is_positive(value: Any) -> bool:
-    """Whether a TOML value is a finite number above zero; true and false are none."""
-    return type(value) in (int, float) and 0 < value < math.inf
-
-
-def _sensor_name(serial: str | None) -> str:
-    return f"DAQ {serial}" if serial else "the DAQ"

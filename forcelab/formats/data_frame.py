@@ -17,9 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.formats.recording import ReadOptions, Recording
-from forcelab.formats.table import BodyReader, as_cells, make_recording
+from forcelab.formats.table import BodyReader, TypedColumn, make_recording, typed_layout
 from forcelab.formats.table_columns import choose_roles
-from forcelab.formats.table_sniff import CellType, Dialect, Layout, column_kinds, name_columns
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -75,28 +74,16 @@ def read_frame(
         found = "columns of different lengths" if len(lengths) > 1 else "no rows"
         raise InputError(f"{where} has {found}; give arrays of one length.")
     (length,) = lengths
-    named, remarks = name_columns(
-        [name for name, _ in columns], [str(units.get(name, "")) for name, _ in columns]
+    layout = typed_layout(
+        [name for name, _ in columns],
+        [str(units.get(name, "")) for name, _ in columns],
+        [values[:_SAMPLE_ROWS] for _, values in columns],
+        Path(where),
     )
-    dialect = Dialect(None, ".", len(columns))
-    sample = tuple(zip(*(as_cells(values[:_SAMPLE_ROWS]) for _, values in columns), strict=True))
-    kinds = tuple(
-        {"M": CellType.STAMP, "O": kind}.get(values.dtype.kind, CellType.NUMBER)
-        for (_, values), kind in zip(columns, column_kinds(sample, dialect), strict=True)
-    )
-    layout = Layout(dialect, named, kinds, 0, sample, remarks, path=Path(where), line="row")
     roles = choose_roles(layout, options)
     reader = BodyReader(layout, roles)
-    reader.read(
-        np.arange(1, length + 1),
-        {
-            index: values
-            if values.dtype.kind != "O" and (index in roles.numeric or index == roles.time)
-            else as_cells(values)
-            for index, (_, values) in enumerate(columns)
-        },
-    )
-    return make_recording(name, layout, roles, reader.finish(), options, beside=False)
+    reader.read(np.arange(1, length + 1), dict(enumerate(values for _, values in columns)))
+    return make_recording(name, reader.finish(), options, beside=False)
 
 
 def demonstration_from_frame(
@@ -117,7 +104,7 @@ def demonstration_from_frame(
 
 def _columns(
     frame: DataFrame | Mapping[str, ArrayLike], where: str
-) -> Iterator[tuple[str, NDArray[Any]]]:
+) -> Iterator[tuple[str, TypedColumn]]:
     """The name of each column, empty where it has none, and its values: numbers, dates or words."""
     index: Any = getattr(frame, "index", None)  # which a dictionary has not
     # A nameless one of whole numbers is where the rows stood before some were left out.
@@ -126,20 +113,20 @@ def _columns(
         yield str(index.names[level] or ""), _values(index.get_level_values(level))
     for key, column in frame.items():
         name = key if isinstance(key, str) else ""
-        values = _values(column)
-        if values.ndim == 1:
-            yield name, values
-        elif values.ndim == 2:
-            yield from ((f"{name} {i + 1}", values[:, i]) for i in range(values.shape[1]))
+        array = np.asarray(column)
+        if array.ndim == 1:
+            yield name, _values(column)
+        elif array.ndim == 2:
+            yield from ((f"{name} {i}", _values(part)) for i, part in enumerate(array.T, start=1))
         else:
             raise InputError(
-                f"{where}: column '{name}' is an array of {values.ndim} dimensions; give one "
+                f"{where}: column '{name}' is an array of {array.ndim} dimensions; give one "
                 f"number or one row of numbers for each sample."
             )
 
 
-def _values(column: Any) -> NDArray[Any]:
-    """A column as numbers (NaN where there is none), dates, or words as an array of objects."""
+def _values(column: Any) -> NDArray[Any] | list[str]:
+    """A column as numbers (NaN where there is none), dates or words."""
     values = np.asarray(column)
     kind = getattr(getattr(column, "dtype", values.dtype), "kind", "O")
     if values.dtype.kind == "O" and kind in "iufb":  # of pandas, with room for missing ones
@@ -152,4 +139,4 @@ def _values(column: Any) -> NDArray[Any]:
         return values
     missing = column.isna() if hasattr(column, "isna") else [v is None or v != v for v in values]  # noqa: PLR0124 - NaN
     pairs = zip(values, missing, strict=True)
-    return np.array(["" if lacks else " ".join(str(v).split()) for v, lacks in pairs], object)
+    return ["" if lacks else " ".join(str(v).split()) for v, lacks in pairs]

@@ -54,9 +54,8 @@ def to_elan(
     beside it, such as of a time series.
     """
     tracks = tuple(tracks)
-    entries = dict.fromkeys(
-        [*vocabulary, *(action for track in tracks for action in track.actions)]
-    )
+    used = (action for track in tracks for action in track.actions)
+    entries = dict.fromkeys([*vocabulary, *used])
     entry_ids = {action: f"cve{number}" for number, action in enumerate(entries, start=1)}
     root = ET.Element(
         "ANNOTATION_DOCUMENT",
@@ -81,7 +80,6 @@ def to_elan(
             RELATIVE_LINK_URL=_plain(f"./{name}"),
         )
     order = ET.SubElement(root, "TIME_ORDER")
-    slots = 0
     number = 0
     for track in tracks:
         tier = ET.SubElement(
@@ -92,25 +90,24 @@ def to_elan(
             TIER_ID=_plain(track.author),
         )
         for segment in track.segments:
-            ends = [_milliseconds(float(time)) for time in (segment.start, segment.end)]
-            if ends[0] >= ends[1]:
+            start, end = (_milliseconds(float(time)) for time in (segment.start, segment.end))
+            if start >= end:
                 raise InputError(
                     f"'{segment.action}' of {track.author} at {segment.start:.4f} s is shorter "
                     f"than a millisecond, which ELAN files cannot hold; lengthen or delete it."
                 )
-            names = []
-            for end in ends:
-                slots += 1
-                names.append(f"ts{slots}")
-                ET.SubElement(order, "TIME_SLOT", TIME_SLOT_ID=names[-1], TIME_VALUE=str(end))
             number += 1
+            slots = {f"ts{2 * number - 1}": str(start), f"ts{2 * number}": str(end)}
+            for slot, time in slots.items():
+                ET.SubElement(order, "TIME_SLOT", TIME_SLOT_ID=slot, TIME_VALUE=time)
+            first, last = slots
             annotation = ET.SubElement(
                 ET.SubElement(tier, "ANNOTATION"),
                 "ALIGNABLE_ANNOTATION",
                 ANNOTATION_ID=f"a{number}",
                 CVE_REF=entry_ids[segment.action],
-                TIME_SLOT_REF1=names[0],
-                TIME_SLOT_REF2=names[1],
+                TIME_SLOT_REF1=first,
+                TIME_SLOT_REF2=last,
             )
             ET.SubElement(annotation, "ANNOTATION_VALUE").text = _plain(segment.action)
     ET.SubElement(header, "PROPERTY", NAME="lastUsedAnnotationId").text = str(number)
@@ -281,20 +278,19 @@ class _Document:
         self.media: dict[str, float] = {}
         self.on_force_clock = False
         self.remarks: list[str] = []
-        self._root = False
         self._slots: dict[str, float | None] = {}
         self._tiers: list[_TierElement] = []
         self._values: dict[str, str] = {}  # of controlled vocabularies
         self._entry = ""
         self._annotation = ("", "", "")  # slots and entry of the one that is being read
-        self._text: list[str] | None = None  # of the value that is being read
+        self._text: list[str] = []  # since the last element began
         self._value = ""
         self._parser = parser = expat.ParserCreate()
         parser.buffer_text = True
         parser.StartDoctypeDeclHandler = self._refuse_doctype
-        parser.StartElementHandler = self._start
+        parser.StartElementHandler = self._start_root
         parser.EndElementHandler = self._end
-        parser.CharacterDataHandler = self._add_text
+        parser.CharacterDataHandler = self._text.append
         try:
             with path.open("rb") as file:
                 parser.ParseFile(file)
@@ -343,14 +339,16 @@ class _Document:
     def _refuse_doctype(self, *_: object) -> None:
         raise self._error("it declares a document type, as no ELAN file does")
 
+    def _start_root(self, name: str, attributes: dict[str, str]) -> None:
+        if name != "ANNOTATION_DOCUMENT":
+            raise self._error(f"it is XML of another kind ('{name[:40]}')")
+        self.on_force_clock = attributes.get("AUTHOR") == AUTHOR
+        self._parser.StartElementHandler = self._start
+
     def _start(self, name: str, attributes: dict[str, str]) -> None:
         get = attributes.get
-        if not self._root:
-            if name != "ANNOTATION_DOCUMENT":
-                raise self._error(f"it is XML of another kind ('{name[:40]}')")
-            self._root = True
-            self.on_force_clock = get("AUTHOR") == AUTHOR
-        elif name == "HEADER":
+        self._text.clear()
+        if name == "HEADER":
             if (unit := get("TIME_UNITS", "milliseconds")) != "milliseconds":
                 raise self._error(f"its times are {unit[:40]}, not milliseconds")
         elif name == "MEDIA_DESCRIPTOR":
@@ -369,21 +367,15 @@ class _Document:
             self._tiers[-1].references += 1
         elif name == "CV_ENTRY_ML":
             self._entry = get("CVE_ID", "")
-        elif name in {"ANNOTATION_VALUE", "CVE_VALUE"}:
-            self._text = []
 
     def _end(self, name: str) -> None:
-        if name in {"ANNOTATION_VALUE", "CVE_VALUE"}:
-            self._value, self._text = "".join(self._text or ()), None
-        if name == "CVE_VALUE":
-            self._values.setdefault(self._entry, self._value)
+        if name == "ANNOTATION_VALUE":
+            self._value = "".join(self._text)
+        elif name == "CVE_VALUE":
+            self._values.setdefault(self._entry, "".join(self._text))
         elif name == "ALIGNABLE_ANNOTATION" and self._tiers:
             first, last, entry = self._annotation
             self._tiers[-1].annotations.append((first, last, self._value, entry))
-
-    def _add_text(self, text: str) -> None:
-        if self._text is not None:
-            self._text.append(text)
 
     def _seconds(self, milliseconds: str) -> float:
         if not _TIME.fullmatch(milliseconds):

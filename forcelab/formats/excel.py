@@ -53,27 +53,18 @@ def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Rec
     recordings: list[Recording] = []
     failures: list[InputError] = []
     with _open(path) as book:
-        layouts, left = _tables(path, book)
-        timed = [title for title, layout in layouts.items() if _has_times(layout, options)]
-        for title in timed or layouts:
-            layout = layouts[title]
-            alone = len(timed) == 1
-            result = yield from _read_sheet(
-                book[title],
-                path.stem if alone else f"{path.stem} {title}",
-                replace(layout, path=path) if alone else layout,
-                options,
-            )
-            if isinstance(result, Recording):
-                recordings.append(result)
-            else:
-                failures.append(result)
-                left.append(f"Sheet '{title}' was left out: {result}")
-        untimed = [title for title in layouts if title not in timed]
-        left += [
-            f"Sheet '{title}' lacks the columns of a recording and was left out."
-            for title in untimed
-        ]
+        layouts, left = _tables(path, book, options)
+        for title, layout in layouts.items():
+            name = path.stem if len(layouts) == 1 else f"{path.stem} {title}"
+            try:
+                roles = choose_roles(layout, options)
+                rows = _blocks(_lines(book[title], layout.dialect.width), layout.skip)
+                # What a sheet says of its size need not be true.
+                table = yield from read_rows(layout, roles, rows, letters=0)
+                recordings.append(make_recording(name, table, options))
+            except InputError as error:
+                failures.append(error)
+                left.append(f"Sheet '{title}' was left out: {error}")
     if failures and (options.strict or not recordings):
         raise failures[0]
     recordings[0] = replace(recordings[0], remarks=(*recordings[0].remarks, *left))
@@ -89,28 +80,15 @@ def _has_times(layout: Layout, options: ReadOptions) -> bool:
     return time is not None or options.rate is not None or layout.rate is not None
 
 
-def _read_sheet(
-    sheet: Any, name: str, layout: Layout, options: ReadOptions
-) -> Generator[Progress, None, Recording | InputError]:
-    """The recording in a sheet, or what is wrong with it."""
-    try:
-        roles = choose_roles(layout, options)
-        rows = _blocks(_lines(sheet, layout.dialect.width), layout.skip)
-        body = yield from read_rows(layout, roles, rows, 0)  # what a sheet says need not be true
-        return make_recording(name, layout, roles, body, options)
-    except InputError as error:
-        return error
-
-
 def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
-    """What the columns of the first sheet that holds a table would be read as."""
+    """What the columns of the first sheet that is read would be read as."""
     with _open(path) as book:
-        layouts, _ = _tables(path, book)
+        layouts, _ = _tables(path, book, options)
     return preview_layout(next(iter(layouts.values())), options)
 
 
-def _tables(path: Path, book: Any) -> tuple[dict[str, Layout], list[str]]:
-    """How each sheet that holds a table is filled, by its title, and remarks on the others."""
+def _tables(path: Path, book: Any, options: ReadOptions) -> tuple[dict[str, Layout], list[str]]:
+    """How each sheet to read is filled, by its title, and remarks on the others."""
     layouts: dict[str, Layout] = {}
     left: list[str] = []
     for sheet in book.worksheets:
@@ -128,14 +106,17 @@ def _tables(path: Path, book: Any) -> tuple[dict[str, Layout], list[str]]:
         raise InputError(
             f"'{path}' holds no sheet with rows of numbers; a table needs one sample a row."
         )
-    several = len(layouts) > 1
+    timed = [title for title, layout in layouts.items() if _has_times(layout, options)]
+    left += [
+        f"Sheet '{title}' lacks the columns of a recording and was left out."
+        for title in layouts
+        if title not in timed
+    ]
+    read = timed or list(layouts)
+    paths = [path / re.sub(r"[/\\:]", "_", title) for title in read] if len(read) > 1 else [path]
     return {
-        title: replace(
-            layout,
-            path=path / re.sub(r"[/\\:]", "_", title) if several else path,
-            line="row",
-        )
-        for title, layout in layouts.items()
+        title: replace(layouts[title], path=place, line="row")
+        for title, place in zip(read, paths, strict=True)
     }, left
 
 

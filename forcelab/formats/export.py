@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, BinaryIO, Final, Literal
 
+from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.formats.archive import write_archive
 from forcelab.formats.boris import Observation, VideoFile, to_boris
@@ -25,7 +26,7 @@ from forcelab.labels import Track
 from forcelab.project import DemonstrationInfo, Project
 from forcelab.text import unknown_word
 from forcelab.video.index import stated_rate_and_length
-from forcelab.vocabulary import joined
+from forcelab.vocabulary import Vocabulary, joined
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +41,10 @@ class Part:
     prediction: Prediction | None = None  #: for formats that hold some
     stem: str = ""  #: the title as the name of a file, which no other part has
 
+    def demonstration(self) -> Demonstration:
+        """What was recorded, loaded anew each time: its arrays are open files."""
+        return self.project.demonstrations.load(self.info.id)
+
 
 #: Gives what is predicted in a project, by the demonstrations' ids.
 Predictions = Callable[[Project], Mapping[str, Prediction]]
@@ -52,14 +57,14 @@ class ExportFormat:
     """What labels can be written as; command line and window offer what :data:`FORMATS` holds."""
 
     label: str  #: in the window
-    suffix: str
+    suffix: str  #: of each file, unless `join` names its own
     #: What a file is made of; "dataset": the labels go into what was imported.
     per: Literal["demonstration", "track", "project", "dataset"]
-    #: A file's bytes, or a StreamWriter; of a project's file, items to join; None: the project is
+    #: A file's bytes, or a StreamWriter; items, where there is a `join`; None: the project is
     #: archived.
     convert: Callable[[Part], Any] | None = None
-    #: Of a project's items its file's bytes, or those of several files by what their names end in.
-    join: Callable[[Project, list[Any]], bytes | dict[str, bytes]] | None = None
+    #: Makes a project's files of all items: their bytes by what their names end in.
+    join: Callable[[Project, list[Any]], dict[str, bytes]] | None = None
     prints: bool = True  #: whether a single file may go to standard output
     binary: bool = False  #: whether a file is no text
     #: Further files for each part, by what their names end in.
@@ -89,7 +94,7 @@ FORCES, SERIES = "_forces.csv", "_tsconf.xml"
 def _elan(part: Part) -> bytes:
     return to_elan(
         part.tracks,
-        part.project.demonstrations.load(part.info.id).videos,
+        part.demonstration().videos,
         part.folder,
         part.project.actions.vocabulary(part.info.task).names,
         (f"{part.stem}{FORCES}", f"{part.stem}{SERIES}"),
@@ -97,23 +102,17 @@ def _elan(part: Part) -> bytes:
 
 
 def _elan_series(part: Part) -> bytes:
-    demonstration = part.project.demonstrations.load(part.info.id)
-    return to_time_series(demonstration, part.folder / f"{part.stem}{FORCES}")
+    return to_time_series(part.demonstration(), part.folder / f"{part.stem}{FORCES}")
 
 
 def _elan_forces(part: Part) -> StreamWriter:
-    # Loaded when it is written: the arrays of a demonstration are open files.
-    return lambda stream: write_time_series(part.project.demonstrations.load(part.info.id), stream)
-
-
-def _textgrid(part: Part) -> bytes:
-    return to_textgrid(part.tracks, part.info.duration)
+    return lambda stream: write_time_series(part.demonstration(), stream)
 
 
 def _observations(part: Part) -> list[Observation]:
     """Tracks with what else is known of how they were observed: the video, and when."""
     project, info = part.project, part.info
-    videos = project.demonstrations.load(info.id).videos if info.has_video else ()
+    videos = part.demonstration().videos if info.has_video else ()
     files = tuple(VideoFile(v.path, v.clock, *stated_rate_and_length(v.path)) for v in videos)
     return [
         Observation(
@@ -127,11 +126,15 @@ def _observations(part: Part) -> list[Observation]:
     ]
 
 
-def _boris(project: Project, observations: list[Observation]) -> bytes:
-    """With the keys and colours of the tasks that are written, not those of other tasks."""
-    tasks = {observation.task for observation in observations}
-    own = {task: words for task, words in project.actions.vocabularies().items() if task in tasks}
-    return to_boris(project.path.resolve().stem, observations, joined(own))
+def _boris(project: Project, observations: list[Observation]) -> dict[str, bytes]:
+    vocabulary = _vocabulary(project, {observation.task for observation in observations})
+    return {".boris": to_boris(project.path.resolve().stem, observations, vocabulary)}
+
+
+def _vocabulary(project: Project, tasks: Collection[str]) -> Vocabulary:
+    """The keys and colours of the tasks that are written, not those of other tasks."""
+    all_tasks = project.actions.vocabularies()
+    return joined({task: words for task, words in all_tasks.items() if task in tasks})
 
 
 def _tracks_and_prediction(part: Part) -> tuple[list[Track], dict[str, list[float | None]]]:
@@ -151,13 +154,12 @@ def _forces_task(part: Part) -> list[tuple[dict[str, Any], tuple[str, ...]]]:
     """A task, with the columns of its table of forces."""
     csv = local_file(part.folder / f"{part.stem}{FORCES_OF_TASK}", part.folder, part.project.path)
     task = forces_task(part.title, part.info.task, csv, *_tracks_and_prediction(part))
-    demonstration = part.project.demonstrations.load(part.info.id)
-    return [(task, SampleTable(demonstration, (), None).columns[1:])]
+    return [(task, SampleTable(part.demonstration(), (), None).columns[1:])]
 
 
 def _video_task(part: Part) -> list[tuple[dict[str, Any], tuple[str, ...]]]:
     """A task on the first video; none where there is no video."""
-    videos = part.project.demonstrations.load(part.info.id).videos
+    videos = part.demonstration().videos
     if not videos:
         return []
     video = videos[0]
@@ -186,11 +188,10 @@ def _tasks(
             "The demonstrations have no channel in common, and Label Studio shows the same "
             "channels of all; export those that have the same at a time."
         )
-    chosen = {task["data"]["task"] for task in tasks}
-    words = {t: own for t, own in project.actions.vocabularies().items() if t in chosen}
+    vocabulary = _vocabulary(project, {task["data"]["task"] for task in tasks})
     return {
         ".label-studio.json": json.dumps(tasks, indent=1).encode(),
-        ".label-studio.xml": interface(tasks, channels, joined(words)),
+        ".label-studio.xml": interface(tasks, channels, vocabulary),
     }
 
 
@@ -198,10 +199,9 @@ def _samples(part: Part, write: Callable[[SampleTable, BinaryIO], None]) -> Stre
     """Writes a table of samples, once it is known that it can be."""
 
     def table() -> SampleTable:
-        demonstration = part.project.demonstrations.load(part.info.id)
-        return SampleTable(demonstration, part.tracks, part.prediction)
+        return SampleTable(part.demonstration(), part.tracks, part.prediction)
 
-    table()  # made again when it is written: its arrays are open files
+    table()
     return lambda stream: write(table(), stream)
 
 
@@ -212,10 +212,10 @@ def _forces_table(part: Part) -> StreamWriter:
 FORMATS: Final[dict[str, ExportFormat]] = {
     "table": ExportFormat(
         "CSV for statistics: one table of all, one row per segment",
-        ".segments.csv",
+        "",
         "project",
         _statistics_rows,
-        lambda _project, rows: to_statistics_table(rows).encode(),
+        lambda _project, rows: {".segments.csv": to_statistics_table(rows).encode()},
         group="table",
     ),
     "csv": ExportFormat(
@@ -256,18 +256,18 @@ FORMATS: Final[dict[str, ExportFormat]] = {
         "TextGrid of Praat: one file per demonstration, one tier per coder",
         ".TextGrid",
         "demonstration",
-        _textgrid,
+        lambda part: to_textgrid(part.tracks, part.info.duration),
     ),
     "boris": ExportFormat(
         "BORIS: one project, one observation per coder and demonstration",
-        ".boris",
+        "",
         "project",
         _observations,
         _boris,
     ),
     "label-studio": ExportFormat(
         "Label Studio: forces as time series, labels and predictions on them",
-        ".label-studio.json",
+        "",
         "project",
         _forces_task,
         _tasks,
@@ -277,7 +277,7 @@ FORMATS: Final[dict[str, ExportFormat]] = {
     ),
     "label-studio-video": ExportFormat(
         "Label Studio: videos with timelines of labels and predictions",
-        ".label-studio.json",
+        "",
         "project",
         _video_task,
         _tasks,
@@ -430,38 +430,38 @@ def _labels(
         ]
     stems = file_names([part.title for part in parts])
     parts = [replace(part, stem=stem) for part, stem in zip(parts, stems, strict=True)]
-    own = stems if format_.join is None else file_names([project.path.resolve().stem])
-    files = [out / f"{stem}{format_.suffix}" for stem in own]
-    beside = [out / f"{stem}{suffix}" for suffix, _ in format_.beside for stem in stems]
-    _check_free([*files, *beside], replacing)
-    contents: list[Any] = []
-    convert = format_.convert
+    contents: dict[Path, Any] = {}
+    items: list[Any] = []
+    convert, join = format_.convert, format_.join
     assert convert is not None  # archives are written by _archive
     for done, part in enumerate(parts):
-        yield Progress(done, len(parts), part.info.name if format_.join else files[done].name)
+        file = out / f"{part.stem}{format_.suffix}"
+        yield Progress(done, len(parts), part.info.name if join else file.name)
         try:
-            contents.append(convert(part))
+            content = convert(part)
         except InputError as error:
             raise InputError(f"'{part.info.name}': {error}") from error
-    if format_.join is not None:
-        joined_items = format_.join(project, [item for items in contents for item in items])
-        contents = [joined_items]
-        if isinstance(joined_items, dict):
-            contents = list(joined_items.values())
-            files = [out / f"{own[0]}{suffix}" for suffix in joined_items]
-            _check_free(files, replacing)
-    contents += [make(part) for _, make in format_.beside for part in parts]
-    files += beside
+        if join is None:
+            contents[file] = content
+        else:
+            items += content
+    if join is not None:
+        (stem,) = file_names([project.path.resolve().stem])
+        files = join(project, items)
+        contents = {out / f"{stem}{suffix}": text for suffix, text in files.items()}
+    for suffix, make in format_.beside:
+        contents |= {out / f"{part.stem}{suffix}": make(part) for part in parts}
+    _check_free(contents, replacing)
     # All were made before: what a format cannot hold leaves no half of an export.
     with output_folder(out, [project.path]):
-        for done, (file, content) in enumerate(zip(files, contents, strict=True)):
+        for done, (file, content) in enumerate(contents.items()):
             if not callable(content):
                 write_atomically(file, content)
                 continue
-            yield Progress(done, len(files), file.name)
+            yield Progress(done, len(contents), file.name)
             with atomic_file(file) as stream:
                 content(stream)
-    return tuple(files)
+    return tuple(contents)
 
 
 def _check_free(files: Collection[Path], replacing: bool) -> None:

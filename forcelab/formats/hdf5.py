@@ -170,7 +170,7 @@ class Walk:
                 Array(
                     where,
                     whole,
-                    np.dtype(object) if text else self._measured(part.base, attributes),
+                    np.dtype(object if text else float if attributes.scales() else part.base),
                     partial(self.load, data, where, name, attributes),
                     unit=next(iter(attributes.texts(_UNITS)), ""),
                     names=attributes.texts(_NAMES),
@@ -180,9 +180,6 @@ class Walk:
                     chunks=(*(data.chunks or (1,) * len(shape)), *part.shape),
                 )
             )
-
-    def _measured(self, dtype: np.dtype[Any], attributes: Attributes) -> np.dtype[Any]:
-        return np.dtype(np.float64) if attributes.scales() else dtype
 
     def load(
         self,
@@ -197,14 +194,12 @@ class Walk:
         import h5py
 
         stored = min(int(data.id.get_storage_size()), self.size)
-        width = max(data.dtype.itemsize / 8, 1)
         count = math.prod(data.shape)
         if part.start is None and part.stop is not None and axis < data.ndim:
             # The first rows are looked at; what goes on from there reads all of it in the end.
             count = count // max(1, data.shape[axis]) * min(part.stop, data.shape[axis])
-        check_size(path, math.ceil(count * width), stored)
-        if data.chunks:  # a chunk is unpacked as a whole, whatever is read of it
-            check_size(path, math.ceil(math.prod(data.chunks) * width), stored)
+        for number in (count, math.prod(data.chunks or ())):  # a chunk is unpacked as a whole
+            check_size(path, number, stored, data.dtype.itemsize)
         source = data.fields(member) if member else data
         kind = data.dtype.fields[member][0] if member else data.dtype
         if h5py.check_string_dtype(kind) is not None and not member:

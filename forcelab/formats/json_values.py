@@ -72,8 +72,8 @@ class JsonValue:
         return self.value
 
 
-def read_json(path: Path) -> JsonValue:
-    """Read a JSON file, compressed by gzip or not; the error says where it is none."""
+def read_content(path: Path) -> bytes:
+    """What a file holds, compressed by gzip or not; refused where it is too long."""
     try:
         with path.open("rb") as stream:
             compressed = stream.read(2) == GZIP
@@ -84,8 +84,13 @@ def read_json(path: Path) -> JsonValue:
         raise InputError(f"'{path}' is not whole ({error}); copy it again.") from error
     if len(content) > LARGEST:
         raise InputError(f"'{path}' is longer than {LARGEST >> 20} MB; export it in parts.")
+    return content
+
+
+def read_json(path: Path) -> JsonValue:
+    """Read a JSON file, compressed by gzip or not; the error says where it is none."""
     try:
-        return JsonValue(json.loads(content), f"'{path}'")
+        return JsonValue(json.loads(read_content(path)), f"'{path}'")
     except (ValueError, RecursionError) as error:
         raise InputError(
             f"'{path}' is not whole JSON ({error}); save it again in the program that it is from."

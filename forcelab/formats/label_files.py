@@ -55,42 +55,25 @@ LONGEST_AUTHOR: Final = 200
 #: What stands before the author in the name of a file or an observation.
 BEFORE_AUTHOR: Final = " - "
 #: What the names of label files end in, after that of their recording.
-_ENDINGS: Final = (".labels", "_labels", ".segments")
+_ENDING: Final = re.compile(r"(?<=.)(?:\.labels|_labels|\.segments)\Z", re.IGNORECASE | re.DOTALL)
 
 
 @dataclass(frozen=True, slots=True)
 class LabelSet:
-    """The labels of one demonstration, as a file of another program has them.
+    """The labels of one demonstration, as a file of another program has them."""
 
-    Parameters
-    ----------
-    name : str
-        What the file calls the demonstration: the id of an observation, else its media file or
-        itself, without suffix.
-    tracks : tuple of Track
-        One per author. Times are seconds of the force clock where the file tells them so; else of
-        the clock of its media, which mostly starts when they do.
-    duration : float, optional
-        Length of the demonstration or its media in seconds, if the file tells it.
-    remarks : tuple of str
-        One sentence for each thing that was left out or is worth a look.
-    media : mapping of str to float
-        By the name of each media file that the labels were made on, its time in seconds when that
-        of the labels is 0; empty where times are of the force clock.
-    resolution : float
-        Seconds to which times in the file are rounded: stored labels that lie no farther from them
-        are the same.
-    tiers : tuple of str
-        What its tiers are called, if it has any.
-    """
-
-    name: str
+    name: str  #: the id of an observation, else of its media file or itself, without suffix
+    #: one per author; times are seconds of the force clock where the file tells them so, else of
+    #: the clock of its media, which mostly starts when they do
     tracks: tuple[Track, ...]
-    duration: float | None = None
-    remarks: tuple[str, ...] = ()
+    duration: float | None = None  #: of the demonstration or its media (s), if the file tells it
+    remarks: tuple[str, ...] = ()  #: on what was left out or is worth a look, a sentence each
+    #: by the name of each media file that the labels were made on, its time (s) when that of the
+    #: labels is 0; empty where times are of the force clock
     media: Mapping[str, float] = field(default_factory=dict)
+    #: to which times in the file are rounded (s): stored labels no farther from them are the same
     resolution: float = 1e-6
-    tiers: tuple[str, ...] = ()
+    tiers: tuple[str, ...] = ()  #: what its tiers are called, if it has any
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,21 +120,12 @@ class _Reader(Protocol):
         """Read the whole file, without the offset; errors are :class:`InputError`."""
 
 
-def _marked(start: bytes) -> tuple[bytes, ...]:
-    """How a text that starts so does as UTF-8 or UTF-16 with a byte order mark."""
-    text = start.decode()
-    wide = (
-        codecs.BOM_UTF16_LE + text.encode("utf-16-le"),
-        codecs.BOM_UTF16_BE + text.encode("utf-16-be"),
-    )
-    return (codecs.BOM_UTF8 + start, *wide)
-
-
-_TEXTGRID: Final = (b"File type", *_marked(b"File type"), b"ooBinaryFile")
+#: How ELAN files begin: as XML, or with the mark of an encoding.
+_XML: Final = (b"<", codecs.BOM_UTF8, codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 #: In the order in which they are tried: any text might be a table.
 LABEL_FORMATS: Final = (
-    Format("elan", "ELAN files (*.eaf)", "forcelab.formats.elan", (b"<", *_marked(b"<"))),
-    Format("textgrid", "TextGrids of Praat", "forcelab.formats.textgrid", _TEXTGRID),
+    Format("elan", "ELAN files (*.eaf)", "forcelab.formats.elan", _XML),
+    Format("textgrid", "TextGrids of Praat", "forcelab.formats.textgrid"),
     Format("boris", "projects and event tables of BORIS", "forcelab.formats.boris"),
     Format("boris.gz", "compressed projects of BORIS", "forcelab.formats.boris", (GZIP,)),
     Format("label-studio", "JSON of Label Studio", "forcelab.formats.label_studio"),
@@ -166,25 +140,9 @@ LABEL_FORMATS: Final = (
 def read_label_file(
     path: str | os.PathLike[str], options: LabelOptions | None = None
 ) -> list[LabelSet]:
-    """Read the labels in a file of any label format.
+    """The labels of each demonstration in a file of any label format, without the offset.
 
-    Parameters
-    ----------
-    path : path-like
-        The file; its format is told by its content.
-    options : LabelOptions, optional
-        How the file is to be understood where it does not say so itself; its offset is not added
-        here, as it is on the force clock.
-
-    Returns
-    -------
-    list of LabelSet
-        One per demonstration in the file; at least one.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read. The sentence is one line and names the file.
+    The error is one line and names the file.
     """
     path, options = Path(path), options or LabelOptions()
     with naming_file(path):
@@ -198,14 +156,7 @@ def read_label_file(
 
 def own_stem(path: str | os.PathLike[str]) -> str:
     """A file's name without suffix, and without what marks it as a label file."""
-    return _without_ending(Path(path).stem)
-
-
-def _without_ending(stem: str) -> str:
-    for ending in _ENDINGS:
-        if stem.lower().endswith(ending) and len(stem) > len(ending):
-            return stem[: -len(ending)]
-    return stem
+    return _ENDING.sub("", Path(path).stem)
 
 
 def _reader(path: Path) -> _Reader:
@@ -234,21 +185,23 @@ def _checked(path: Path, labels: LabelSet) -> LabelSet:
         twice = next(author for author in authors if authors.count(author) > 1)
         raise InputError(f"'{path}' has two tracks of '{twice}' on '{labels.name}'; rename one.")
     tracks = []
-    for track in labels.tracks:
-        segments = [replace(s, action=s.action.strip()) for s in track.segments if s.action.strip()]
-        tracks.append(
-            Track(track.author, tuple(s for s in segments if not means_unlabelled(s.action)))
-        )
+    for read in labels.tracks:
+        segments = (replace(s, action=s.action.strip()) for s in read.segments if s.action.strip())
+        track = Track(read.author, tuple(s for s in segments if not means_unlabelled(s.action)))
+        tracks.append(track)
         if "\0" in track.author or len(track.author) > LONGEST_AUTHOR:
             raise InputError(
                 f"'{path}': {track.author[:40]!a} is no name for an author; rename it."
             )
-        for action in tracks[-1].actions:
+        for action in track.actions:
             check_name(action)
-        for name in (track.author, *tracks[-1].actions):
+        for name in (track.author, *track.actions):
             if not name.isascii() and name.encode("utf-8", "ignore").decode() != name:
                 raise InputError(f"'{path}': the name {name!a} is not valid Unicode; rename it.")
     return replace(labels, tracks=tuple(tracks))
+
+
+Status = Literal["new", "replaced", "unchanged", "left out"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -260,7 +213,7 @@ class ImportedTrack:
     demonstration: DemonstrationInfo | None
     author: str
     segments: int
-    status: Literal["new", "replaced", "unchanged", "left out"]
+    status: Status
     reason: str = ""  #: why they were left out, as a sentence
     changes: str = ""  #: what differs from the labels they replace
 
@@ -283,7 +236,7 @@ class LabelReport:
     remarks: Mapping[Path, tuple[str, ...]] = field(default_factory=dict)
     unread: Mapping[Path, str] = field(default_factory=dict)
 
-    def count(self, status: str) -> int:
+    def count(self, status: Status) -> int:
         """How many tracks are ``"new"``, ``"replaced"``, ``"unchanged"`` or ``"left out"``."""
         return sum(track.status == status for track in self.tracks)
 
@@ -472,7 +425,7 @@ def _look_up(
 def _folded(name: str) -> str:
     """A name without case and without the suffix of a file."""
     name = re.sub(r"\.(?=\w*[^\W\d])\w{1,5}$", "", name.strip())
-    return normalize("NFC", _without_ending(name)).casefold()
+    return normalize("NFC", _ENDING.sub("", name)).casefold()
 
 
 class _Importer:
@@ -487,7 +440,7 @@ class _Importer:
         # A file's name has no dot at its end, and no character that some system refuses.
         self._as_in_file_names = {file_names([f"_{name}"])[0][1:]: name for name in self._kinds}
         self._taken: dict[tuple[str, str], tuple[Path, Segments]] = {}
-        self._actions: dict[str, list[str]] = {}  # of each task, with those that are imported
+        self._actions: dict[str, list[str]] = {}  # by task
         self.imports: list[LabelImport] = []
         self.tracks: list[ImportedTrack] = []
         self.remarks: dict[Path, list[str]] = defaultdict(list)
@@ -503,7 +456,8 @@ class _Importer:
         """Take up the labels of one demonstration."""
         self.remarks[path] += labels.remarks
         if isinstance(match, str):
-            self._leave_out(path, labels, None, match)
+            for track in labels.tracks:
+                self._report(path, labels, None, track, "left out", match)
             return
         info, author = match
         # A file of one track may have its author in its name.
@@ -514,7 +468,8 @@ class _Importer:
             demonstration = self._project.demonstrations.load(info.id)
             tracks, remark = _on_force_clock(labels, demonstration, self._options.offset)
         except InputError as error:  # of a file that is gone, or times beyond all clocks
-            self._leave_out(path, labels, info, str(error))
+            for track in labels.tracks:
+                self._report(path, labels, info, track, "left out", str(error))
             return
         remarks = [remark, self._wrong_length(labels, info), self._actions_as_tiers(labels, info)]
         self.remarks[path] += filter(None, remarks)
@@ -522,15 +477,20 @@ class _Importer:
             if track.segments:
                 self._add_track(path, labels, info, demonstration, track)
 
-    def _leave_out(
-        self, path: Path, labels: LabelSet, info: DemonstrationInfo | None, reason: str
+    def _report(
+        self,
+        path: Path,
+        labels: LabelSet,
+        info: DemonstrationInfo | None,
+        track: Track,
+        status: Status,
+        reason: str = "",
+        changes: str = "",
     ) -> None:
-        for track in labels.tracks:
-            self.tracks.append(
-                ImportedTrack(
-                    path, labels.name, info, track.author, len(track.segments), "left out", reason
-                )
-            )
+        number = len(track.segments)
+        self.tracks.append(
+            ImportedTrack(path, labels.name, info, track.author, number, status, reason, changes)
+        )
 
     def _actions_as_tiers(self, labels: LabelSet, info: DemonstrationInfo) -> str:
         """A remark on tiers that were read as authors, and are called as actions of the task."""
@@ -567,53 +527,55 @@ class _Importer:
         """Take up an author's labels of one demonstration, or say why not."""
         author, before = track.author, self._project.tracks.get(info.id, track.author).segments
         track = _at_stored_edges(track, before, labels.resolution)
-        status: Literal["new", "replaced", "unchanged", "left out"]
-        status = "replaced" if before else "new"
-        if reason := self._obstacle(path, info, demonstration, track):
-            status = "left out"
-        elif before == track.segments or (info.id, author) in self._taken:
-            status = "unchanged"
-        elif before and not self._replacing:
-            status = "left out"
+        if not self._hidden(info, author):
+            self.remarks[path] += self._better_offset(info, track)
+        reason = self._obstacle(path, info, demonstration, track)
+        if not reason and before and before != track.segments and not self._replacing:
             reason = (
                 f"{author} has labels on '{info.name}' already, which differ; replace them "
                 "(--replace), or give the author in the file another name."
             )
-        if not self._hidden(info, author):
-            self.remarks[path] += self._better_offset(info, track)
-        number = counted(len(track.segments), "segment")
-        if status in {"new", "replaced"}:
-            what = f"{number} from {path.name}"
-            if before:
-                what += f" in place of {len(before):,}"
-            self.imports.append(LabelImport(info.id, track, before, what))
-            self.remarks[path] += self._new_actions(info.task, track)
-        if status != "left out":
-            self._taken[info.id, author] = path, track.segments
-        changes = tell_changes(before, track.segments) if status == "replaced" else ""
-        count = len(track.segments)
-        self.tracks.append(
-            ImportedTrack(path, labels.name, info, author, count, status, reason, changes)
-        )
+        if reason:
+            self._report(path, labels, info, track, "left out", reason)
+            return
+        known = before == track.segments or (info.id, author) in self._taken
+        self._taken[info.id, author] = path, track.segments
+        if known:
+            self._report(path, labels, info, track, "unchanged")
+            return
+        what = f"{counted(len(track.segments), 'segment')} from {path.name}"
+        if before:
+            what += f" in place of {len(before):,}"
+        self.imports.append(LabelImport(info.id, track, before, what))
+        self.remarks[path] += self._new_actions(info.task, track)
+        changes = tell_changes(before, track.segments) if before else ""
+        self._report(path, labels, info, track, "replaced" if before else "new", changes=changes)
 
     def _new_actions(self, task: str, track: Track) -> list[str]:
         """Remarks on actions that the task lacks; the first ones of a task are no news."""
-        names = self._project.actions.vocabulary(task).names
-        known, remarks = self._actions.setdefault(task, list(names)), []
+        had_some = bool(self._project.actions.vocabulary(task).names)
+        known, remarks = self._known_actions(task), []
         for action in track.actions:
+            if action in known:
+                continue
             similar = name_alike(action, known)
-            if action not in known and (names or similar):
+            if had_some or similar:
                 beside = f" (there is '{similar}')" if similar else ""
                 remarks.append(f"New action '{action}'{beside} of {task or 'no task'}.")
-            known += [action] * (action not in known)
+            known.append(action)
         return remarks
+
+    def _known_actions(self, task: str) -> list[str]:
+        """The actions of a task, with those that are imported."""
+        if task not in self._actions:
+            self._actions[task] = list(self._project.actions.vocabulary(task).names)
+        return self._actions[task]
 
     def _hidden(self, info: DemonstrationInfo, author: str) -> bool:
         """Whether an author's labels are hidden from who imports."""
-        viewer = self._viewer
-        if viewer in {None, author}:
+        if self._viewer is None or self._viewer == author:
             return False
-        return self._project.coding.is_blind(info.id, str(viewer))
+        return self._project.coding.is_blind(info.id, self._viewer)
 
     def _obstacle(
         self, path: Path, info: DemonstrationInfo, demonstration: Demonstration, track: Track
@@ -638,7 +600,7 @@ class _Importer:
                 f"s, and '{info.name}' is {info.duration:.6g} s long; choose another demonstration "
                 "(--demo) or move the labels (--offset)."
             )
-        actions = {*track.actions, *self._project.actions.vocabulary(info.task).names}
+        actions = {*track.actions, *self._known_actions(info.task)}
         if len(actions) > MOST_ACTIONS:
             return (
                 f"With the labels of {author}, {info.task or 'no task'} would have "
@@ -678,14 +640,12 @@ def _on_force_clock(
     """The tracks on the clock of the forces, and a remark where a video's clock was needed."""
     clock, origin, remark = ClockMap(), 0.0, ""
     if labels.media and demonstration.videos:
-        names = [video.path.name for video in demonstration.videos]
-        shared = [name for name in labels.media if name in names]
-        name = next(iter(shared or labels.media))
-        video = demonstration.videos[names.index(name) if shared else 0]
-        clock, origin = video.clock, labels.media[name]
+        clocks = {video.path.name: video.clock for video in demonstration.videos}
+        name = next((name for name in labels.media if name in clocks), next(iter(labels.media)))
+        clock, origin = clocks.get(name, demonstration.videos[0].clock), labels.media[name]
         if clock != ClockMap():
             remark = "Its times were carried onto the forces by the video's clock."
-            if not shared:
+            if name not in clocks:
                 remark = (
                     f"'{name}' was taken for the video of '{demonstration.name}', by whose clock "
                     "times were carried onto the forces."

@@ -28,6 +28,8 @@ from forcelab.vocabulary import Vocabulary
 
 #: What the labelling interface calls its label control.
 CONTROL: Final = "action"
+#: The types of labels on forces and on videos, which are names of values of regions, too.
+TIME_SERIES, TIMELINE = "timeserieslabels", "timelinelabels"
 #: Before the author in the note of each region, which Label Studio keeps.
 LABELLED_BY: Final = "labelled by "
 #: Names of values of a task that hold frames a second.
@@ -60,17 +62,15 @@ def forces_task(
     scores: Mapping[str, Sequence[float | None]],
 ) -> dict[str, Any]:
     """A task whose forces are in the table `csv`; `scores` are those of predictions, by author."""
-    regions = {
+    values = {
         track.author: [
-            (
-                "timeserieslabels",
-                {"start": start, "end": end, "instant": False, "timeserieslabels": [s.action]},
-            )
-            for s, (start, end) in plain_times(track)
+            {"start": start, "end": end, "instant": False, TIME_SERIES: [segment.action]}
+            for segment, (start, end) in plain_times(track)
         ]
         for track in tracks
     }
-    return _task({"demonstration": title, "task": task, "csv": csv}, "forces", regions, scores)
+    data = {"demonstration": title, "task": task, "csv": csv}
+    return _task(data, "forces", TIME_SERIES, values, scores)
 
 
 def video_task(
@@ -83,18 +83,15 @@ def video_task(
     scores: Mapping[str, Sequence[float | None]],
 ) -> dict[str, Any]:
     """A task whose video is at an address; what begins before the video is cut off there."""
-    regions = {
+    values = {
         track.author: [
-            (
-                "timelinelabels",
-                {"ranges": [{"start": first, "end": last}], "timelinelabels": [action]},
-            )
+            {"ranges": [{"start": first, "end": last}], TIMELINE: [action]}
             for first, last, action in _frames(track, clock, fps)
         ]
         for track in tracks
     }
     data = {"demonstration": title, "task": task, "video": address, "framerate": fps}
-    return _task(data, "video", regions, scores)
+    return _task(data, "video", TIMELINE, values, scores)
 
 
 def _frames(track: Track, clock: ClockMap, fps: float) -> Iterator[tuple[int, int, str]]:
@@ -116,11 +113,13 @@ def _frames(track: Track, clock: ClockMap, fps: float) -> Iterator[tuple[int, in
 def _task(
     data: dict[str, Any],
     shown: str,
-    regions: Mapping[str, list[tuple[str, dict[str, Any]]]],
+    kind: str,
+    values: Mapping[str, list[dict[str, Any]]],
     scores: Mapping[str, Sequence[float | None]],
 ) -> dict[str, Any]:
+    """A task with the values of each author's regions, which are all of a kind."""
     annotations, predictions = [], []
-    for number, (author, author_regions) in enumerate(regions.items(), start=1):
+    for number, (author, author_values) in enumerate(values.items(), start=1):
         result: list[dict[str, Any]] = [
             {
                 "id": f"{number}-{i}",
@@ -130,7 +129,7 @@ def _task(
                 "origin": "manual",
                 "value": value,
             }
-            for i, (kind, value) in enumerate(author_regions, start=1)
+            for i, value in enumerate(author_values, start=1)
         ]
         if is_model(author):
             for region, score in zip_longest(result, scores.get(author, ())):
@@ -245,32 +244,30 @@ class _TaskLabels:
         """Take an annotation; of several by one author the latest."""
         segments = []
         for kind, value in regions:
-            if kind == "timeserieslabels":
-                start, end = value.member("start"), value.member("end")
-                spans = [(_seconds(start), _seconds(end))]
-            elif kind == "timelinelabels":
+            if kind == TIME_SERIES:
+                spans = [(_seconds(value.member("start")), _seconds(value.member("end")))]
+            elif kind == TIMELINE:
                 spans = list(self._timeline(value, data))
             else:
                 self.left_out[f"result of the type '{kind[:40]}'"] += 1
                 continue
             names = [name.text().strip() for name in value.member(kind).items()]
             action = " + ".join(name for name in names if name)
-            for start_time, end_time in spans:
+            for span in spans:
                 if not action or means_unlabelled(action):
                     self.left_out["region without label"] += 1
-                elif start_time == end_time:
+                elif span[0] == span[1]:
                     self.left_out["region without length"] += 1
                 else:
-                    segments.append((start_time, end_time, action))
+                    segments.append((*span, action))
         try:
             track = Track(author, tuple(Segment(*segment) for segment in segments))
         except InputError as error:
             raise InputError(f"{annotation.where}: {error} Mend it in Label Studio.") from error
         when = annotation.member("updated_at").value or annotation.member("created_at").value or ""
-        before = self._tracks.get(author)
-        if before is not None:
+        if author in self._tracks:
             self.left_out["earlier annotation"] += 1
-        if before is None or str(when) >= before[0]:
+        if author not in self._tracks or str(when) >= self._tracks[author][0]:
             self._tracks[author] = str(when), track
 
     def finish(self) -> LabelSet:
@@ -303,27 +300,18 @@ class _TaskLabels:
 
 def _minimal_regions(record: JsonValue) -> list[tuple[str, JsonValue]]:
     """The regions of a record of JSON-MIN: lists of objects that name labels."""
-    regions = []
-    for _, value in record.members():
-        if isinstance(value.value, list):
-            for region in value.items():
-                if isinstance(region.value, dict):
-                    kinds = ("timeserieslabels", "timelinelabels")
-                    regions += [(kind, region) for kind in kinds if kind in region.value]
-    return regions
+    lists = [value.items() for _, value in record.members() if isinstance(value.value, list)]
+    regions = [region for each in lists for region in each if isinstance(region.value, dict)]
+    kinds = (TIME_SERIES, TIMELINE)
+    return [(kind, region) for region in regions for kind in kinds if kind in region.value]
 
 
 def _author(results: Sequence[JsonValue], person: str) -> str:
     """Whose labels we wrote, if all regions still say so; else who annotated."""
-    notes = [
-        [note.text() for note in result.member("meta").member("text").items()]
-        if isinstance(result.member("meta").member("text").value, list)
-        else []
-        for result in results
-    ]
-    authors = {note[0].removeprefix(LABELLED_BY) if note else "" for note in notes}
-    every = all(note and note[0].startswith(LABELLED_BY) for note in notes)
-    return authors.pop() if every and len(authors) == 1 and all(authors) else person
+    notes = [result.member("meta").member("text") for result in results]
+    firsts = {n.items()[0].text() if isinstance(n.value, list) and n.value else "" for n in notes}
+    other, _, author = firsts.pop().partition(LABELLED_BY) if len(firsts) == 1 else ("", "", "")
+    return author if author and not other else person
 
 
 def _person(value: JsonValue, options: LabelOptions) -> str:

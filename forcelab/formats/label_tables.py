@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -33,7 +33,7 @@ from forcelab.formats.table_sniff import (
     unit_of_time,
 )
 from forcelab.formats.timestamps import YEAR_2001, TimestampReader
-from forcelab.formats.track_text import on_samples, plain_text
+from forcelab.formats.track_text import edges_of, on_samples, plain_text, with_edges
 from forcelab.labels import Segment, Track, check_name, first_beyond, means_unlabelled
 from forcelab.text import left_out
 
@@ -45,7 +45,7 @@ _AUTHORS = frozenset(["author", "coder", "annotator", "rater", "observer"])
 _PLACES = (".labels.csv", ".labels.tsv", ".labels.txt", "_labels.csv")
 
 
-def _rows(text: Sequence[Line]) -> list[Line]:
+def _segment_lines(text: Sequence[Line]) -> list[Line]:
     """The lines without those in which Audacity stores the frequency range of the label above."""
     return [line for line in text if not line[1].startswith("\\")]
 
@@ -93,7 +93,7 @@ def is_label_table(head: bytes) -> bool:
     It is one if its header names a start, an end and an action, or if it has no header and each row
     holds a start, a later end, and words.
     """
-    layout = find_layout(_rows(head_lines(head[:HEAD])))
+    layout = find_layout(_segment_lines(head_lines(head[:HEAD])))
     return layout is not None and _columns(layout) is not None
 
 
@@ -112,7 +112,7 @@ def has_labels_beside(path: Path) -> Path | None:
         return None
     with audacity.open("rb") as file:
         head = file.read(HEAD)
-    layout = find_layout(_rows(head_lines(head)))
+    layout = find_layout(_segment_lines(head_lines(head)))
     if layout is None or layout.dialect.separator != "\t" or _columns(layout) != (0, 1, 2, None):
         return None
     return audacity
@@ -136,16 +136,13 @@ def read_tracks(path: Path, options: ReadOptions) -> tuple[Track, ...]:
     file's own, in seconds from the start of the recording, or since 1970 where they are dates.
     Errors name the line.
     """
-    rows = _read_rows(path)
-    if rows is None:
-        return ()
-    observers = _observers(path, rows) if rows.places[3] is None else {}
-    return _tracks(path, rows, range(len(rows.at)), observers, options.author)
+    table = _read_table(path)
+    return () if table is None else _all_tracks(table, options.author)
 
 
 def sniff_labels(_path: Path, head: bytes) -> bool:
     """Whether a file can be read as a labels file, although its labels may overlap."""
-    text = _rows(head_lines(head[:HEAD]))
+    text = _segment_lines(head_lines(head[:HEAD]))
     layout = find_layout(text)
     if layout is None:
         return _is_header_alone(text)
@@ -156,52 +153,80 @@ def sniff_labels(_path: Path, head: bytes) -> bool:
 
 def read_labels(path: Path, options: LabelOptions) -> list[LabelSet]:
     """Read a labels file: of one demonstration, or of all that a column of this name names."""
-    rows = _read_rows(path)
-    if rows is None:
+    table = _read_table(path)
+    if table is None:
         return []
-    names = [column.name.lower() for column in rows.layout.columns]
-    if "demonstration" not in names:
-        observers = _observers(path, rows) if rows.places[3] is None else {}
-        tracks = _tracks(path, rows, range(len(rows.at)), observers, options.author)
-        return [LabelSet(own_stem(path), tracks)]
-    demonstrations: dict[tuple[str, ...], list[int]] = defaultdict(list)
-    keys = [names.index(name) for name in ("task", "demonstration") if name in names]
-    for index, row in enumerate(rows.cells):
-        demonstrations[tuple(plain_text(row[key].strip()) for key in keys)].append(index)
-    predicted = names.index("kind") if "kind" in names else None
+    if "demonstration" not in table.names:
+        return [LabelSet(own_stem(path), _all_tracks(table, options.author))]
+    rows_of: dict[str, list[int]] = defaultdict(list)
+    tasks, demonstrations = (table.column(name) for name in ("task", "demonstration"))
+    for row, key in enumerate(zip(tasks, demonstrations, strict=True)):
+        rows_of[" - ".join(filter(None, map(plain_text, key)))].append(row)
+    kinds, lengths = (table.column(name) for name in ("kind", "seconds"))
+    unsigned = [options.author] * len(table.cells)
     sets = []
-    for key, indices in demonstrations.items():
-        coded = [i for i in indices if predicted is None or rows.cells[i][predicted] != "model"]
-        left = len(indices) - len(coded)
-        remarks = (f"{left_out(left, 'segment that models predicted')}.",)
-        sets.append(
-            LabelSet(
-                " - ".join(filter(None, key)),
-                _tracks(path, rows, coded, {}, options.author),
-                _length(rows, names, indices[0]),
-                remarks if left else (),
-            )
-        )
+    for name, rows in rows_of.items():
+        coded = [row for row in rows if kinds[row] != "model"]
+        left = len(rows) - len(coded)
+        remarks = (f"{left_out(left, 'segment that models predicted')}.",) if left else ()
+        length = _length(lengths[rows[0]], table.layout.dialect.decimal)
+        sets.append(LabelSet(name, table.tracks(coded, unsigned), length, remarks))
     return sets
 
 
 @dataclass(frozen=True, slots=True)
-class _Rows:
+class _LabelTable:
+    path: Path
     layout: Layout
+    names: list[str]  #: of the columns, in lower case
     places: tuple[int, int, int, int | None]  #: columns of start, end, action and author
-    at: list[int]  #: the line of each
+    lines: list[int]  #: the number of each row's line
     cells: list[list[str]]
-    starts: NDArray[np.float64]
-    ends: NDArray[np.float64]
+    edges: NDArray[np.float64]  #: starts and ends
+
+    def column(self, name: str) -> list[str]:
+        """The cells of a column; empty ones where there is none."""
+        index = self.names.index(name) if name in self.names else None
+        return ["" if index is None else row[index].strip() for row in self.cells]
+
+    def tracks(self, rows: Iterable[int], unsigned: Sequence[str]) -> tuple[Track, ...]:
+        """The tracks that some of the rows make; whose each row is where it does not say."""
+        _, _, action_at, author_at = self.places
+        segments_by_author: dict[str, list[tuple[Segment, int]]] = defaultdict(list)
+        for row in rows:
+            cells, line = self.cells[row], self.lines[row]
+            action = plain_text(cells[action_at].strip())
+            author = plain_text(cells[author_at].strip()) if author_at is not None else ""
+            if not action or means_unlabelled(action):
+                continue
+            start, end = self.edges[row].tolist()
+            try:
+                check_name(action)
+                segment = Segment(start, end, action)
+            except InputError as error:
+                raise InputError(f"{self.path}, line {line}: {error}") from error
+            segments_by_author[author or unsigned[row]].append((segment, line))
+        for author, segments in segments_by_author.items():
+            for (left, _), (right, line) in pairwise(sorted(segments)):
+                if right.start < left.end:
+                    raise InputError(
+                        f"{self.path}, line {line}: '{right.action}' starts at {right.start:g} s, "
+                        f"before '{left.action}' of {author} ends at {left.end:g} s; move one of "
+                        f"their edges."
+                    )
+        return tuple(
+            Track(author, tuple(segment for segment, _ in segments))
+            for author, segments in segments_by_author.items()
+        )
 
 
-def _read_rows(path: Path) -> _Rows | None:
+def _read_table(path: Path) -> _LabelTable | None:
     """All rows; None where there is a header alone."""
     encoding = encoding_of(path)
     with path.open("rb") as file:
-        rows = _rows(head_lines(file.read(HEAD)))
-    layout = find_layout(rows)
-    if layout is None and _is_header_alone(rows):
+        head = _segment_lines(head_lines(file.read(HEAD)))
+    layout = find_layout(head)
+    if layout is None and _is_header_alone(head):
         return None
     places = _columns(layout, requested=True) if layout is not None else None
     if layout is None or places is None:
@@ -209,90 +234,50 @@ def _read_rows(path: Path) -> _Rows | None:
             f"{path} is not a labels file; write one row a segment: start, end, action, and the "
             "author if there are several."
         )
-    at: list[int] = []
-    table: list[list[str]] = []
+    rows: list[Line] = []
     # Without a header nothing tells a preamble from a segment with a slip in it.
     skip = layout.skip if any(column.named for column in layout.columns) else 0
     for line_numbers, texts in lines(path, encoding, skip):
-        for number, text in _rows(list(zip(line_numbers, texts, strict=True))):
-            at.append(number)
-            table.append(_cells(path, number, text, layout))
-    starts, ends = _seconds(path, layout, at, table, places[:2])
-    return _Rows(layout, places, at, table, starts, ends)
+        rows += _segment_lines(list(zip(line_numbers, texts, strict=True)))
+    at = [number for number, _ in rows]
+    cells = [_cells(path, number, text, layout) for number, text in rows]
+    edges = np.column_stack(_seconds(path, layout, at, cells, places[:2]))
+    names = [column.name.lower() for column in layout.columns]
+    return _LabelTable(path, layout, names, places, at, cells, edges)
 
 
-def _tracks(
-    path: Path, rows: _Rows, indices: Iterable[int], observers: Mapping[int, str], unsigned: str
-) -> tuple[Track, ...]:
-    """The tracks that some of the rows make; what no author has is by `unsigned`."""
-    _, _, action_at, author_at = rows.places
-    segments_by_author: dict[str, list[tuple[Segment, int]]] = defaultdict(list)
-    for index in indices:
-        row, number = rows.cells[index], rows.at[index]
-        action = plain_text(row[action_at].strip())
-        author = plain_text(row[author_at].strip()) if author_at is not None else ""
-        author = author or observers.get(number, "")
-        if not action or means_unlabelled(action):
-            continue
-        try:
-            check_name(action)
-            segment = Segment(float(rows.starts[index]), float(rows.ends[index]), action)
-        except InputError as error:
-            raise InputError(f"{path}, line {number}: {error}") from error
-        segments_by_author[author or unsigned].append((segment, number))
-    for author, segments in segments_by_author.items():
-        for (left, _), (right, number) in pairwise(sorted(segments)):
-            if right.start < left.end:
-                raise InputError(
-                    f"{path}, line {number}: '{right.action}' starts at {right.start:g} s, before "
-                    f"'{left.action}' of {author} ends at {left.end:g} s; move one of their edges."
-                )
-    return tuple(
-        Track(author, tuple(segment for segment, _ in segments))
-        for author, segments in segments_by_author.items()
-    )
-
-
-def _length(rows: _Rows, names: Sequence[str], index: int) -> float | None:
-    """The length of the demonstration of a row, if its table tells it."""
-    if "seconds" not in names:
-        return None
+def _length(cell: str, decimal: str) -> float | None:
+    """The length of a demonstration, if its table tells it."""
     try:
-        (length,) = numbers(
-            [rows.cells[index][names.index("seconds")]], rows.layout.dialect.decimal
-        )
+        (length,) = numbers([cell], decimal)
     except NotANumberError:
         return None
     return float(length) if np.isfinite(length) else None
 
 
-def _observers(path: Path, rows: _Rows) -> dict[int, str]:
-    """The coder of each line, as far as BORIS's observations tell: they are called NAME - CODER.
+def _all_tracks(table: _LabelTable, unsigned: str) -> tuple[Track, ...]:
+    """The tracks of all rows of a recording.
 
-    A single observation may have any name.
+    Where it has no authors, BORIS's observations may tell them: they are called NAME - CODER. A
+    single observation may have any name.
     """
-    names = [column.name.lower() for column in rows.layout.columns]
-    if "observation id" not in names:
-        return {}
-    index = names.index("observation id")
-    ending = next((suffix for suffix in _PLACES if path.name.endswith(suffix)), path.suffix)
-    prefix = f"{path.name.removesuffix(ending)} - "
-    observations = {
-        number: row[index].strip() for number, row in zip(rows.at, rows.cells, strict=True)
-    }
-    several = len(set(observations.values())) > 1
-    for number, observation in observations.items():
+    rows = range(len(table.cells))
+    if table.places[3] is not None:
+        return table.tracks(rows, [unsigned] * len(rows))
+    prefix = f"{own_stem(table.path)} - "
+    observations = table.column("observation id")
+    several = len(set(observations)) > 1
+    for number, observation in zip(table.lines, observations, strict=True):
         if several and not observation.startswith(prefix):
             raise InputError(
-                f"{path}, line {number}: the observation '{observation}' is not called "
+                f"{table.path}, line {number}: the observation '{observation}' is not called "
                 f"'{prefix}CODER', as those of this recording are; export each recording's "
                 f"observations by themselves."
             )
-    return {
-        number: observation.removeprefix(prefix)
-        for number, observation in observations.items()
-        if observation.startswith(prefix)
-    }
+    coders = [
+        name.removeprefix(prefix) if name.startswith(prefix) else unsigned for name in observations
+    ]
+    return table.tracks(rows, coders)
 
 
 def _is_header_alone(rows: Sequence[Line]) -> bool:
@@ -404,10 +389,4 @@ def _carry_tracks(
         remarks.append(
             f"Its times were taken as stamps of the recording, which start at {start:.9g} s."
         )
-    moved = [
-        Track(
-            t.author, tuple(Segment(s.start - start, s.end - start, s.action) for s in t.segments)
-        )
-        for t in tracks
-    ]
-    return tuple(moved), remarks
+    return tuple(with_edges(track, edges_of(track) - start) for track in tracks), remarks

@@ -11,7 +11,7 @@ import re
 import tempfile
 from collections import Counter
 from collections.abc import Collection, Generator, Sequence
-from contextlib import ExitStack, closing
+from contextlib import closing
 from pathlib import Path
 from typing import Any, Final
 
@@ -20,9 +20,9 @@ import numpy as np
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
+from forcelab.formats.fields import values_within
 from forcelab.formats.lerobot_dataset import SUBTASK, SUBTASKS_FILE, Column, Dataset, Episode
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
-from forcelab.formats.rosbag_topics import values_within
 from forcelab.formats.signatures import is_lerobot_folder, lerobot_folder
 from forcelab.formats.table_columns import is_unlabelled, missing_remark
 from forcelab.formats.timestamps import RepairedTimestamps
@@ -32,6 +32,7 @@ from forcelab.project.files import file_errors
 from forcelab.signals.channels import channel_map
 from forcelab.text import counted, listed
 from forcelab.video.cut import cut_video
+from forcelab.video.pictures import PictureError, PictureVideo, read_picture
 
 #: Author of the labels in a dataset, which does not say who made them.
 DATASET: Final = "dataset"
@@ -123,27 +124,27 @@ def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
 
 def choose_features(dataset: Dataset, options: ReadOptions) -> tuple[list[Column], list[str]]:
     """The numbers to read as channels, and the cameras."""
-    addresses = {f"{column.feature}.{column.name}": column for column in dataset.columns.values()}
-    own_names = [column.name for column in addresses.values()]
     for name in (*options.signals, *options.leave_out):
-        every = (*addresses, *own_names, *dataset.cameras)
-        if not any(values_within(address, name) for address in every):
+        if not any(_is_named(column, (name,)) for column in dataset.columns.values()) and not any(
+            values_within(camera, name) for camera in dataset.cameras
+        ):
             names = listed([*dataset.numbers, *dataset.cameras])
             raise InputError(f"'{dataset.path}' has no feature '{name}'; name one of {names}.")
     default = _default_features(dataset)
     columns = [
         column
-        for address, column in addresses.items()
-        if (
-            column.feature in default
-            or values_within(address, *options.signals)
-            or column.name in options.signals
-        )
-        and not values_within(address, *options.leave_out)
-        and column.name not in options.leave_out
+        for column in dataset.columns.values()
+        if (column.feature in default or _is_named(column, options.signals))
+        and not _is_named(column, options.leave_out)
     ]
     cameras = [name for name in dataset.cameras if not values_within(name, *options.leave_out)]
     return columns, cameras
+
+
+def _is_named(column: Column, names: Sequence[str]) -> bool:
+    """Whether one of some names is of a number, or of a feature or part of one that it is in."""
+    addresses = (f"{column.feature}.{column.name}", column.name)
+    return any(values_within(address, *names) for address in addresses)
 
 
 def _default_features(dataset: Dataset) -> Collection[str]:
@@ -186,11 +187,10 @@ def _labels(
         return (), []
     codes = dataset.whole_numbers(table, SUBTASK)[times.rows]
     names = dataset.subtasks
-    known = np.array([not is_unlabelled(name) for name in names], np.bool_)
     inside = (codes >= 0) & (codes < len(names))
-    codes = np.where(inside, codes, UNLABELLED)
-    if len(names):
-        codes = np.where(known[codes], codes, UNLABELLED)
+    # The last one stands for what is outside.
+    is_action = np.array([*(not is_unlabelled(name) for name in names), False])
+    codes = np.where(is_action[np.where(inside, codes, -1)], codes, UNLABELLED)
     segments = from_codes(codes, times.times, [" ".join(name.split()) for name in names])
     remarks = []
     if not inside.all():
@@ -248,9 +248,6 @@ def _write_pictures(
     import pyarrow as pa
     import pyarrow.compute as pc
 
-    from forcelab.video.jpeg_writer import JpegVideoWriter, encode_jpeg
-    from forcelab.video.pictures import PictureError, check_jpeg, decode_png, is_png
-
     if not (
         pa.types.is_struct(column.type)
         and column.type.get_field_index("bytes") >= 0
@@ -258,27 +255,19 @@ def _write_pictures(
     ):
         raise InputError("they are not stored as bytes")
     contents = pc.struct_field(column, "bytes")
-    file, first, fault = folder / "pictures.mkv", 0.0, ""
-    count, size = 0, (0, 0)
-    with ExitStack() as stack:
-        stack.enter_context(file_errors(f"The pictures were not written to '{file}'"))
+    file, fault = folder / "pictures.mkv", ""
+    with (
+        file_errors(f"The pictures were not written to '{file}'"),
+        closing(PictureVideo(file)) as video,
+    ):
         for row, time in zip(times.rows.tolist(), times.times.tolist(), strict=True):
-            data = contents[row].as_py() or b""
             try:
-                jpeg, shape = check_jpeg(encode_jpeg(decode_png(data)) if is_png(data) else data)
-                if count and shape != size:
-                    raise PictureError("it is of another size")
-            except PictureError as error:
+                video.write(read_picture(contents[row].as_py() or b""), time)
+            except PictureError as error:  # noqa: PERF203 - others may be whole
                 fault = fault or f"picture {row} cannot be used: {error}"
-                continue
-            if not count:
-                writer = stack.enter_context(closing(JpegVideoWriter(file, *shape)))
-                first, size = time, shape
-            writer.write(jpeg, time - first)
-            count += 1
-    if not count:
+    if not video.count:
         raise InputError(fault)
-    return file, first, count
+    return file, video.start, video.count
 
 
 def _remarks(dataset: Dataset, features: Sequence[str], cameras: Sequence[str]) -> list[str]:

@@ -30,6 +30,8 @@ SUBTASK: Final = "subtask_index"
 SUBTASKS_FILE: Final = "meta/subtasks.parquet"
 #: Features that say which frame it is, and are no signals.
 _PLACES: Final = ("timestamp", "frame_index", "episode_index", "index", "task_index", SUBTASK)
+#: What tells in which file of data or video an episode lies (v3), and where in the video.
+_FILE_PLACES, _EDGES = ("chunk_index", "file_index"), ("from_timestamp", "to_timestamp")
 _NUMBER: Final = re.compile(r"float(16|32|64)|u?int(8|16|32|64)|bool")
 #: Numbers a frame of a feature at most; more are a cloud of points.
 _MOST_NUMBERS: Final = 1000
@@ -109,7 +111,7 @@ class Dataset:
     @cached_property
     def episodes(self) -> tuple[Episode, ...]:
         """All episodes by number; opens no file of data."""
-        rows = _episode_tables(self) if self.v3 else _episode_lines(self)
+        rows = _episode_rows(self) if self.v3 else _lines(self.path / "meta/episodes.jsonl")
         episodes = sorted((self._episode(row) for row in rows), key=lambda each: each.number)
         numbers = [episode.number for episode in episodes]
         if not episodes or len(set(numbers)) < len(numbers):
@@ -121,8 +123,7 @@ class Dataset:
         number, length = _whole(row, "episode_index"), _whole(row, "length")
         places = {"episode_index": number, "episode_chunk": 0}
         if self.v3:
-            places["chunk_index"] = _whole(row, "data/chunk_index")
-            places["file_index"] = _whole(row, "data/file_index")
+            places |= {name: _whole(row, f"data/{name}") for name in _FILE_PLACES}
         else:
             places["episode_chunk"] = number // _whole(self.info, "chunks_size", least=1)
         file = _fill_path(self.path, self.info["data_path"], places)
@@ -132,9 +133,8 @@ class Dataset:
             of_video: dict[str, object] = {**places, "video_key": camera}
             if self.v3:
                 field = f"videos/{camera}"
-                of_video["chunk_index"] = _whole(row, f"{field}/chunk_index")
-                of_video["file_index"] = _whole(row, f"{field}/file_index")
-                start, end = (_seconds(row, f"{field}/{edge}_timestamp") for edge in ("from", "to"))
+                of_video |= {name: _whole(row, f"{field}/{name}") for name in _FILE_PLACES}
+                start, end = (_seconds(row, f"{field}/{name}") for name in _EDGES)
             video = _fill_path(self.path, str(self.info.get("video_path")), of_video)
             videos[camera] = Stretch(video, start, end)
         return Episode(number, length, file, videos)
@@ -248,9 +248,9 @@ def _read_info(path: Path) -> dict[str, Any]:
             all(isinstance(feature["dtype"], str) for feature in features.values())
             and all(type(size) is int and 0 < size < 2**31 for size in sizes)
             and all(isinstance(shape, list) and 0 < len(shape) < 9 for shape in shapes)
-            and all(type(value) in (int, float) for value in [fps])
-            and all(0 < len(name) <= _LONGEST for name in features)
+            and type(fps) in (int, float)
             and 0 < fps < 1e9
+            and all(0 < len(name) <= _LONGEST for name in features)
             and all(isinstance(text, str) for text in (version, info["data_path"]))
         )
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
@@ -330,16 +330,11 @@ def _lines(file: Path) -> list[dict[str, Any]]:
     return rows
 
 
-def _episode_lines(dataset: Dataset) -> list[dict[str, Any]]:
-    return _lines(dataset.path / "meta/episodes.jsonl")
-
-
-def _episode_tables(dataset: Dataset) -> Iterator[dict[str, Any]]:
+def _episode_rows(dataset: Dataset) -> Iterator[dict[str, Any]]:
     """Rows of the tables of episodes, without the statistics, which are most of them."""
-    columns = ["episode_index", "length", "data/chunk_index", "data/file_index"]
+    columns = ["episode_index", "length", *(f"data/{name}" for name in _FILE_PLACES)]
     for camera in dataset.video_cameras:
-        parts = ("chunk_index", "file_index", "from_timestamp", "to_timestamp")
-        columns += [f"videos/{camera}/{part}" for part in parts]
+        columns += [f"videos/{camera}/{name}" for name in (*_FILE_PLACES, *_EDGES)]
     total = 0
     for file in sorted((dataset.path / "meta/episodes").glob("*/*.parquet")):
         with open_parquet(file) as parquet:

@@ -12,6 +12,7 @@ import warnings
 import zlib
 from collections.abc import Callable, Generator, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Final
@@ -26,6 +27,7 @@ from forcelab.formats.arrays import (
     ROOM,
     Array,
     Tree,
+    array_of,
     check_size,
     cut,
     preview_tree,
@@ -155,17 +157,15 @@ class _Variables:
             items = [v for v in value.reshape(-1, order="F") if isinstance(v, np.ndarray)]
             words = [_as_text(item) for item in items]
             if items and None not in words:
-                self._add_values(path, np.array(words, dtype=object))
+                self._arrays.append(array_of(path, np.array(words, dtype=object)))
             else:
                 for place, item in enumerate(items, start=1):
                     self._add(f"{path}.{place}", item, depth + 1)
         elif not plain or value.dtype.kind not in "biufUS":
             self._left.append(path)
         else:
-            self._add_values(path, np.strings.rstrip(value) if value.dtype.kind == "U" else value)
-
-    def _add_values(self, path: str, value: NDArray[Any]) -> None:
-        self._arrays.append(Array(path, value.shape, value.dtype, partial(cut, value)))
+            text = value.dtype.kind == "U"
+            self._arrays.append(array_of(path, np.strings.rstrip(value) if text else value))
 
 
 def _as_text(item: Any) -> str | None:
@@ -259,8 +259,7 @@ class _Walk73(hdf5.Walk):
         targets = [self.file[reference] for reference in item[()].T.reshape(-1, order="F")]
         words = [self._text(target) for target in targets]
         if targets and None not in words:
-            texts = np.array(words, dtype=object)
-            self.arrays.append(Array(path, texts.shape, texts.dtype, partial(cut, texts)))
+            self.arrays.append(array_of(path, np.array(words, dtype=object)))
             return
         # A struct's fields are numbered as its elements are: a.2.b.
         above, _, last = path.rpartition(".")
@@ -281,26 +280,23 @@ class _Walk73(hdf5.Walk):
         return item[()].reshape(-1).astype("<u2").tobytes().decode("utf-16-le", "replace")
 
     def add_data_set(self, data: Any, path: str, rate: float | None) -> None:
-        if _class_of(data) != "char":
-            before = len(self.arrays)
-            super().add_data_set(data, path, rate)
-            for place in range(before, len(self.arrays)):
-                array = self.arrays[place]
-                self.arrays[place] = Array(
-                    array.path,
-                    array.shape[::-1],
-                    array.dtype,
-                    partial(_cut_reversed, array.read, len(array.shape)),
-                    array.unit,
-                    rate=array.rate,
-                    chunks=array.chunks[::-1],
-                )
+        if _class_of(data) == "char":
+            check_size(path, math.prod(data.shape), self.size)
+            letters = np.ascontiguousarray(data[()].T).astype("<u2")
+            words = [row.tobytes().decode("utf-16-le", "replace").rstrip() for row in letters]
+            self.arrays.append(array_of(path, np.array(words, dtype=object)))
             return
-        check_size(path, math.prod(data.shape), self.size)
-        letters = np.ascontiguousarray(data[()].T).astype("<u2")
-        words = [row.tobytes().decode("utf-16-le", "replace").rstrip() for row in letters]
-        texts = np.array(words, dtype=object)
-        self.arrays.append(Array(path, texts.shape, texts.dtype, partial(cut, texts)))
+        before = len(self.arrays)
+        super().add_data_set(data, path, rate)
+        self.arrays[before:] = [
+            replace(
+                array,
+                shape=array.shape[::-1],
+                read=partial(_cut_reversed, array.read, len(array.shape)),
+                chunks=array.chunks[::-1],
+            )
+            for array in self.arrays[before:]
+        ]
 
 
 def _cut_reversed(

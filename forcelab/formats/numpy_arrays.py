@@ -103,8 +103,7 @@ def _zipped_headers(
             name = member.filename.removesuffix(".npy")
             with archive.open(member) as file:
                 shape, dtype, _ = headers[name] = _header(file)
-            width = max(dtype.itemsize / 8, 1)
-            check_size(name, math.ceil(math.prod(shape) * width), member.compress_size)
+            check_size(name, math.prod(shape), member.compress_size, dtype.itemsize)
             sizes[name] = member.file_size
     return sizes, headers
 

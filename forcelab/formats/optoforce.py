@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -29,13 +29,12 @@ from forcelab.formats.optoforce_packets import (
     Statistics,
     Unwrapper,
     is_faulty,
-    is_overloaded,
     modal_step,
     parse_all,
     status_sentences,
 )
 from forcelab.formats.recording import ReadOptions, Recording
-from forcelab.text import counted
+from forcelab.text import counted, were
 
 #: What stands between two pieces that a program wrote down as Python shows bytes.
 SEAM: Final = b"'\nb'"
@@ -57,52 +56,47 @@ def parse_dump(data: bytes) -> Dump:
     """Parse a dump, and if it has marks once more without them."""
     parser, packets = parse_all(data)
     statistics, seams, mended = parser.statistics, 0, 0
-    size = parser.kind.frame.size if parser.kind else 0
-    first_bad = _first_break(packets, size)
-    seams_at = (match.start() for match in re.finditer(re.escape(SEAM), data))
-    places = [place for place in seams_at if not _inside(packets.offsets, size, place)]
-    if places:
-        ends = [0, *(place + len(SEAM) for place in places)]
-        pieces = (data[a:b] for a, b in zip(ends, [*places, len(data)], strict=True))
+    ends = packets.offsets + (parser.kind.size if parser.kind else 0)
+    breaks = ends[:-1][ends[:-1] < packets.offsets[1:]]
+    places = np.array([match.start() for match in re.finditer(SEAM, data)], np.int64)
+    # Inside a valid packet, which begins before the mark ends, these bytes mean something else.
+    before = np.searchsorted(packets.offsets, places + len(SEAM))
+    places = places[places >= np.append(0, ends)[before]]
+    if places.size:
+        starts = np.append(0, places + len(SEAM))
+        pieces = (data[a:b] for a, b in zip(starts, [*places, len(data)], strict=True))
         joined_parser, joined_packets = parse_all(b"".join(pieces))
         if len(joined_packets) > len(packets):
             seams, mended = len(places), len(joined_packets) - len(packets)
-            skipped = joined_parser.statistics.skipped_bytes + seams * len(SEAM)
-            statistics = Statistics(
-                len(joined_packets),
-                joined_parser.statistics.replies,
-                statistics.bad_checksums,
-                skipped,
+            statistics = replace(
+                joined_parser.statistics,
+                bad_checksums=statistics.bad_checksums,
+                skipped_bytes=joined_parser.statistics.skipped_bytes + seams * len(SEAM),
             )
             parser, packets = joined_parser, joined_packets
-    serial = next((reply.serial for reply in parser.take_replies() if reply.serial), None)
-    return Dump(packets, parser.kind, statistics, len(data), serial, seams, mended, first_bad)
-
-
-def _first_break(packets: Packets, size: int) -> int:
-    """Where the first bytes in no packet lie between two; -1 where there are none."""
-    breaks = np.flatnonzero(np.diff(packets.offsets) > size)
-    return int(packets.offsets[breaks[0]]) + size if breaks.size else -1
-
-
-def _inside(offsets: NDArray[np.int64], size: int, place: int) -> bool:
-    """Whether a mark lies inside a valid packet, where its bytes mean something else."""
-    before = int(np.searchsorted(offsets, place + len(SEAM), side="left")) - 1
-    return before >= 0 and place < int(offsets[before]) + size
+    return Dump(
+        packets,
+        parser.kind,
+        statistics,
+        len(data),
+        next((reply.serial for reply in parser.take_replies() if reply.serial), None),
+        seams,
+        mended,
+        int(breaks[0]) if breaks.size else -1,
+    )
 
 
 #: A file is a dump if so many packets are in its head, and fill so large a share of it.
 _PACKETS, _SHARE = 8, 0.5
 #: Samples a second of a DAQ whose counter goes on by one; the protocol's highest.
 _FULL_RATE = 1000.0
-_COUNTED_WORDS = ("were", "was")  # by whether it is one
 
 
 def sniff(path: Path, head: bytes) -> bool:  # noqa: ARG001 - a dump has no name of its own
     """Whether a file is a raw dump: it starts with several valid packets and little else."""
     parser = Parser()
     count = len(parser.feed(head))
-    size = parser.kind.frame.size if parser.kind else 0
+    size = parser.kind.size if parser.kind else 0
     return count >= _PACKETS and count * size >= _SHARE * len(head)
 
 
@@ -176,13 +170,12 @@ def _remarks(
     if dump.seams:
         yield (
             f"{counted(dump.seams, 'mark')} of the program that wrote the dump ({SEAM.hex(' ')}) "
-            f"{_COUNTED_WORDS[dump.seams == 1]} taken out, "
-            f"which put {counted(dump.mended, 'packet')} right."
+            f"{were(dump.seams)} taken out, which put {counted(dump.mended, 'packet')} right."
         )
     bad = dump.statistics.bad_checksums - dump.mended
     skipped = dump.statistics.skipped_bytes
     if bad > 0:
-        yield f"{counted(bad, 'packet')} with a wrong checksum {_COUNTED_WORDS[bad == 1]} left out."
+        yield f"{counted(bad, 'packet')} with a wrong checksum {were(bad)} left out."
     if skipped:
         yield f"{skipped:,} of {dump.size:,} bytes belong to no packet and were skipped."
     if unwrapper.missing:
@@ -195,13 +188,12 @@ def _remarks(
         )
     if unwrapper.doubled:
         twice = unwrapper.doubled
-        yield f"{counted(twice, 'sample')} came twice and {_COUNTED_WORDS[twice == 1]} taken once."
+        yield f"{counted(twice, 'sample')} came twice and {were(twice)} taken once."
 
 
 def _status_remarks(status: NDArray[np.uint16], times: NDArray[np.float64]) -> Iterator[str]:
     """Errors and overload that the DAQ reported."""
-    reported = status[is_faulty(status) | is_overloaded(status)]
-    codes, first = np.unique(reported, return_index=True)
+    codes, first = np.unique(status[is_faulty(status)], return_index=True)
     for code in codes[np.argsort(first)][:8]:
         where = np.flatnonzero(status == code)
         for sentence in status_sentences(int(code)):

@@ -3,8 +3,8 @@
 A stream is read from the left. Where no frame starts, or one with a wrong checksum, the reading
 goes on by one byte only, as the bytes of a header may lie inside a payload.
 
-Everything is big-endian. Byte 3 of a header is the length of the payload, and a checksum is the
-sum of all bytes before it, header included, modulo 65,536:
+Everything is big-endian. Byte 3 of a header is the length of the body, and a checksum is the sum
+of all bytes before it, header included, modulo 65,536:
 
 ============ =========== ===== ==========================================================
 kind         header      bytes body
@@ -42,13 +42,7 @@ from functools import cache
 from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
-
-@dataclass(frozen=True, slots=True)
-class FrameType:
-    header: bytes  #: four bytes, the first of them 170
-    size: int  #: bytes, header and checksum included
+from numpy.typing import NDArray
 
 
 def with_checksum(body: bytes) -> bytes:
@@ -70,9 +64,14 @@ class SensorKind:
         return len(self.axes) * self.sensors
 
     @property
-    def frame(self) -> FrameType:
-        """Header and length of its packets."""
-        return FrameType(bytes([170, 7, 8, 4 + 2 * self.columns]), 10 + 2 * self.columns)
+    def header(self) -> bytes:
+        """What its packets begin with."""
+        return bytes([170, 7, 8, 4 + 2 * self.columns])
+
+    @property
+    def size(self) -> int:
+        """Bytes of a packet, header and checksum included."""
+        return _frame_size(self.header)
 
     def names(self, first: int = 1) -> tuple[str, ...]:
         """Names of its columns, such as ``fx1 fy1 fz1``, with its first sensor called `first`."""
@@ -84,22 +83,21 @@ KINDS: Final = (
     SensorKind("3-axis x 4", ("fx", "fy", "fz"), sensors=4),
     SensorKind("6-axis", ("fx", "fy", "fz", "tx", "ty", "tz")),
 )
-#: What a DAQ answers: how it took a configuration, and its serial number.
-_REPLIES: Final = (FrameType(bytes([170, 0, 80, 1]), 7), FrameType(bytes([170, 0, 18, 8]), 14))
-_REPLY_HEADERS: Final = frozenset(frame.header for frame in _REPLIES)
-#: Bytes of each frame, by its header.
-_FRAME_BYTES: Final = {
-    frame.header: frame.size for frame in (*(kind.frame for kind in KINDS), *_REPLIES)
-}
+#: How a DAQ begins its answers: how it took a configuration, and its serial number.
+_CONFIGURED, _SERIAL = bytes([170, 0, 80, 1]), bytes([170, 0, 18, 8])
 #: Bytes that are looked at together, so that a large file needs no multiple of its size.
 _BLOCK_BYTES = 1 << 20
+
+
+def _frame_size(header: bytes) -> int:
+    """Bytes of a frame."""
+    return len(header) + header[3] + 2
 
 
 @cache
 def _headers(kind: SensorKind | None) -> re.Pattern[bytes]:
     """Finds headers of a kind, or of all kinds, and of replies; at the end the beginning of one."""
-    kinds = KINDS if kind is None else (kind,)
-    whole = [frame.header for frame in (*(kind.frame for kind in kinds), *_REPLIES)]
+    whole = [kind.header for kind in (KINDS if kind is None else (kind,))] + [_CONFIGURED, _SERIAL]
     torn = dict.fromkeys(header[:length] for header in whole for length in (3, 2, 1))
     parts = [*map(re.escape, whole), *(re.escape(start) + rb"\Z" for start in torn)]
     return re.compile(b"|".join(parts))
@@ -175,33 +173,34 @@ class Parser:
     def _scan(self, data: bytes, *, final: bool) -> Packets:
         """Take whole frames from the left and buffer the rest, unless nothing follows."""
         starts: list[int] = []
-        replies, bad, place, in_frames = 0, 0, 0, 0
+        bad = place = in_frames = 0
+        untaken = len(self._replies)
         while (match := _headers(self.kind).search(data, place)) is not None:
             start, header = match.start(), match[0]
-            size = _FRAME_BYTES.get(header)  # None where the header itself is not whole
-            if size is None or start + size > len(data):
-                if not final:
-                    break
-                place = start + 1
+            whole = len(header) == 4 and start + _frame_size(header) <= len(data)
+            if not whole and not final:
+                break
+            place = start + 1
+            if not whole:
                 continue
-            frame = data[start : start + size]
+            frame = data[start : start + _frame_size(header)]
             if with_checksum(frame[:-2]) != frame:
-                bad, place = bad + 1, start + 1
+                bad += 1
                 continue
-            place, in_frames = start + size, in_frames + size
-            if header in _REPLY_HEADERS:
-                replies += 1
-                self._replies.append(_parse_reply(frame))
-                continue
-            starts.append(start)
-            if self.kind is None:
-                self.kind = next(kind for kind in KINDS if kind.frame.header == header)
+            place, in_frames = start + len(frame), in_frames + len(frame)
+            if header == _CONFIGURED:
+                self._replies.append(Reply(code=frame[4]))
+            elif header == _SERIAL:
+                self._replies.append(Reply(serial=frame[4:-2].decode("latin-1").strip(" \0")))
+            else:
+                starts.append(start)
+                self.kind = self.kind or next(k for k in KINDS if k.header == header)
         used = len(data) if match is None else match.start()
         packets = self._packets(data, np.array(starts, np.int64))
         before = self.statistics
         self.statistics = Statistics(
             before.packets + len(packets),
-            before.replies + replies,
+            before.replies + len(self._replies) - untaken,
             before.bad_checksums + bad,
             before.skipped_bytes + used - in_frames,
         )
@@ -214,7 +213,7 @@ class Parser:
         if self.kind is None or not starts.size:
             return _join_packets([], self.kind)
         array = np.frombuffer(data, np.uint8)
-        rows = np.lib.stride_tricks.sliding_window_view(array, self.kind.frame.size)[starts]
+        rows = np.lib.stride_tricks.sliding_window_view(array, self.kind.size)[starts]
         words = np.ascontiguousarray(rows[:, 4:-2]).view(">u2").astype(np.uint16)
         values = words[:, 2:].view(np.int16)
         return Packets(words[:, 0], words[:, 1], values, starts + self._offset)
@@ -232,21 +231,12 @@ def _join_packets(pieces: list[Packets], kind: SensorKind | None) -> Packets:
     if not pieces:
         empty, columns = np.empty(0, np.uint16), kind.columns if kind else 0
         return Packets(empty, empty, np.empty((0, columns), np.int16), np.empty(0, np.int64))
-    if len(pieces) == 1:
-        return pieces[0]
     return Packets(
         np.concatenate([piece.counts for piece in pieces]),
         np.concatenate([piece.status for piece in pieces]),
         np.concatenate([piece.values for piece in pieces]),
         np.concatenate([piece.offsets for piece in pieces]),
     )
-
-
-def _parse_reply(frame: bytes) -> Reply:
-    """Decode a valid frame that holds no data."""
-    if len(frame) == _REPLIES[0].size:
-        return Reply(code=frame[4])
-    return Reply(serial=frame[4:-2].decode("latin-1").strip(" \0"))
 
 
 _DAQ: Final = (
@@ -259,17 +249,11 @@ _SENSOR: Final = (
     (4, "is too hot or too cold; let it come to room temperature"),
 )
 _AXES: Final = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
-_FAULTY, _OVERLOADED = 0xFC00, 0x03F0
 
 
-def is_faulty(status: ArrayLike) -> NDArray[np.bool_]:
-    """Whether the DAQ or a sensor reports an error, for status words of any shape."""
-    return (np.asarray(status, np.uint16) & _FAULTY) != 0
-
-
-def is_overloaded(status: ArrayLike) -> NDArray[np.bool_]:
-    """Whether an axis is beyond its capacity, for status words of any shape."""
-    return (np.asarray(status, np.uint16) & _OVERLOADED) != 0
+def is_faulty(status: NDArray[np.uint16]) -> NDArray[np.bool_]:
+    """Whether status words report an error, or an axis beyond its capacity."""
+    return (status & 0xFFF0) != 0
 
 
 def status_sentences(status: int) -> tuple[str, ...]:
@@ -323,8 +307,9 @@ class Unwrapper:
         self.missing = self.doubled = 0  #: samples that never came, and that came twice
         self.jumps = 0  #: how often the counter made no sense and the host's clock was taken
         self._step, self._rate = step, rate
-        self._tick: int | None = None
-        self._count = 0
+        #: Of the sample before: its tick, its count and when it arrived.
+        self._tick = -1
+        self._count: int | None = None
         self._arrived: float | None = None
         self._resumed = False
 
@@ -344,21 +329,19 @@ class Unwrapper:
         """
         if not len(counts):
             return CounterTime(np.zeros(0, np.bool_), np.zeros(0, np.int64))
-        first = self._tick is None
-        before = int(counts[0]) - self._step if first else self._count
+        before = int(counts[0]) - self._step if self._count is None else self._count
         increments = _increments(np.concatenate([[before], counts]))
         steps = np.maximum((increments + self._step // 2) // self._step, 1)
         steps[increments == 0] = 0
         if arrived is not None:
             self._ask_the_clock(increments, steps, arrived)
-        if first:
+        if self._count is None:
             steps[0] = 1
         is_new = steps > 0
-        start = -1 if self._tick is None else self._tick
-        ticks = start + np.cumsum(steps)[is_new]
+        ticks = self._tick + np.cumsum(steps)[is_new]
         self.doubled += int(np.sum(~is_new))
         if ticks.size:
-            self.missing += int(ticks[-1]) - start - len(ticks)
+            self.missing += int(ticks[-1]) - self._tick - len(ticks)
             self._tick = int(ticks[-1])
         self._count = int(counts[-1])
         self._arrived = None if arrived is None else float(arrived[-1])
@@ -389,5 +372,4 @@ class Unwrapper:
 
 def _increments(counts: NDArray[np.int64]) -> NDArray[np.int64]:
     """By how much a counter increased from one to the next, less than a turn."""
-    increments: NDArray[np.int64] = np.remainder(np.diff(counts), np.int64(TURN))
-    return increments
+    return np.remainder(np.diff(counts), np.int64(TURN))

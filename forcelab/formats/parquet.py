@@ -8,7 +8,7 @@ its fields.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Generator, Iterator, Mapping, Sequence
+from collections.abc import Collection, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,15 +21,9 @@ from forcelab.errors import InputError
 from forcelab.extras import load_extra
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.signatures import naming_damage
-from forcelab.formats.table import BodyReader, as_cells, make_recording, preview_layout
-from forcelab.formats.table_columns import ColumnRoles, choose_roles
-from forcelab.formats.table_sniff import (
-    CellType,
-    Dialect,
-    Layout,
-    column_kinds,
-    name_columns,
-)
+from forcelab.formats.table import BodyReader, make_recording, preview_layout, typed_layout
+from forcelab.formats.table_columns import choose_roles
+from forcelab.formats.table_sniff import Layout
 from forcelab.jobs import Progress
 from forcelab.text import listed
 
@@ -70,14 +64,14 @@ def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Rec
     first = 1
     with _naming_damage(path):
         rows = _stated_rows(path)
-        for batch in _batches(path, {source.top for source in sources}, len(read_columns)):
+        tops = {source.top for source in sources}
+        for batch in _batches(path, tops, len(read_columns)):
+            columns = _columns(batch, tops, sources, first, path)
             numbers = np.arange(first, first + batch.num_rows)
-            columns = _columns(batch, sources, first, path)
-            reader.read(numbers, _cells(columns, table.layout, roles, first == 1))
+            reader.read(numbers, {index: columns[index] for index in read_columns})
             first += batch.num_rows
             yield Progress(min(first - 1, rows), rows, f"reading {path.name}")
-    body = reader.finish()
-    return [make_recording(path.stem, table.layout, roles, body, options, table.remarks)]
+    return [make_recording(path.stem, reader.finish(), options, table.remarks)]
 
 
 def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
@@ -93,6 +87,7 @@ class _Source:
     top: int  #: index of the field, or of the one that it is in
     path: tuple[int, ...]  #: from there, the indices of fields of structures
     name: str
+    unit: str
     width: int  #: how many numbers a vector has; 0 of what is none
     start: int = 0  #: index of its first column
 
@@ -134,56 +129,59 @@ def _sniff_table(path: Path) -> _Table:
             raise InputError(f"'{path}' has no rows of numbers or words; there is nothing to read.")
         sample = batch.slice(0, _SAMPLE_ROWS)
         sources, left = _sources(schema, tops, sample)
-        columns = _columns(sample, sources, 1, path)
-        header, units, types = [], [], []
-        for source in sources:
-            field_type = _leaf(sample.column(_place(source.top, tops)), source.path).type
-            for number in range(1, max(1, source.width) + 1):
-                bare = "" if source.name.startswith("__index_level_") else source.name
-                header.append(f"{bare} {number}" if source.width else bare)
-                units.append(_unit(field_type))
-                types.append(_kind(field_type, source.width))
-        named, remarks = name_columns(header, units)
-        cells = [as_cells(columns[i]) for i in range(len(header))]
-    dialect = Dialect(None, ".", len(header))
-    rows = tuple(zip(*cells, strict=True))
-    kinds = tuple(
-        kind or by_text for kind, by_text in zip(types, column_kinds(rows, dialect), strict=True)
-    )
-    layout = Layout(dialect, named, kinds, 0, rows, remarks, path=path, line="row")
-    more = [f"No numbers or words were read from {listed(left)}."] if left else []
-    return _Table(layout, tuple(sources), tuple(more))
+        columns = _columns(sample, tops, sources, 1, path)
+    names, units = [], []
+    for source in sources:
+        name = "" if source.name.startswith("__index_level_") else source.name
+        names += [f"{name} {i + 1}" if source.width else name for i in range(len(source.indices))]
+        units += [source.unit] * len(source.indices)
+    layout = typed_layout(names, units, [columns[i] for i in range(len(names))], path)
+    remarks = (f"No numbers or words were read from {listed(left)}.",) if left else ()
+    return _Table(layout, tuple(sources), remarks)
+
+
+def _is_parquet(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(len(_PARQUET)) == _PARQUET
+
+
+@contextmanager
+def _open_arrow(path: Path, fields: Collection[int] | None = None) -> Iterator[Any]:
+    """An Arrow file or stream, of which only some fields are read."""
+    from pyarrow import OSFile, ipc
+
+    with path.open("rb") as file:
+        stream = file.read(len(_STREAM)) == _STREAM
+    options = ipc.IpcReadOptions(included_fields=None if fields is None else sorted(fields))
+    with (
+        OSFile(str(path)) as source,
+        (ipc.open_stream if stream else ipc.open_file)(source, options=options) as opened,
+    ):
+        yield opened
 
 
 def _schema(path: Path) -> Any:
     """The fields of a file and their types."""
-    import pyarrow as pa
-    from pyarrow.parquet import ParquetFile
+    from pyarrow.parquet import read_schema
 
-    with path.open("rb") as file:
-        head = file.read(8)
-    if head.startswith(_PARQUET):
-        with ParquetFile(path) as file:
-            return file.schema_arrow
-    with pa.OSFile(str(path)) as source:
-        stream = head.startswith(_STREAM)
-        opened = pa.ipc.open_stream(source) if stream else pa.ipc.open_file(source)
-        with opened:
-            return opened.schema
+    if _is_parquet(path):
+        return read_schema(path)
+    with _open_arrow(path) as opened:
+        return opened.schema
 
 
 def _stated_rows(path: Path) -> int:
     """How many rows a file says that it has; 0 of an Arrow file, which does not say."""
     from pyarrow.parquet import read_metadata
 
-    with path.open("rb") as file:
-        parquet = file.read(len(_PARQUET)) == _PARQUET
-    return int(read_metadata(path).num_rows) if parquet else 0
+    return int(read_metadata(path).num_rows) if _is_parquet(path) else 0
 
 
-def _batches(path: Path, tops: Collection[int], columns: int, rows: int = _BLOCK_ROWS) -> Any:
+def _batches(
+    path: Path, tops: Collection[int], columns: int, rows: int = _BLOCK_ROWS
+) -> Iterator[Any]:
     """The rows of some fields, block by block; refused where they cannot fit into memory."""
-    import pyarrow as pa
+    from pyarrow import RecordBatchFileReader
     from pyarrow.parquet import ParquetFile
 
     room = max(_ROOM, _MOST_TIMES * path.stat().st_size)
@@ -195,13 +193,11 @@ def _batches(path: Path, tops: Collection[int], columns: int, rows: int = _BLOCK
                 f"of {columns:,} columns, which cannot be; {_CURE}."
             )
 
-    with path.open("rb") as file:
-        head = file.read(8)
-    if head.startswith(_PARQUET):
+    if _is_parquet(path):
         with ParquetFile(path) as file:
-            schema = file.schema_arrow
-            names = [field.name for i, field in enumerate(schema) if i in tops]
-            texts = {schema.field(i).name for i in tops if _is_text(schema.field(i).type)}
+            fields = [field for i, field in enumerate(file.schema_arrow) if i in tops]
+            names = [field.name for field in fields]
+            texts = {field.name for field in fields if _is_text(field.type)}
             texts -= _delta_encoded(file.metadata)
         # Words are kept once each, as they are in the file.
         with ParquetFile(path, read_dictionary=sorted(texts)) as file:
@@ -211,14 +207,10 @@ def _batches(path: Path, tops: Collection[int], columns: int, rows: int = _BLOCK
                     raise ValueError("its columns have names that contradict each other")
                 yield batch
         return
-    read_options = pa.ipc.IpcReadOptions(included_fields=sorted(tops))
     total = 0
-    with pa.OSFile(str(path)) as source:
-        if head.startswith(_STREAM):
-            opened = pa.ipc.open_stream(source, options=read_options)
-            numbers: Iterator[Any] = iter(opened)
-        else:
-            opened = pa.ipc.open_file(source, options=read_options)
+    with _open_arrow(path, tops) as opened:
+        numbers = opened
+        if isinstance(opened, RecordBatchFileReader):
             numbers = (opened.get_batch(i) for i in range(opened.num_record_batches))
         for batch in numbers:
             total += batch.num_rows
@@ -237,11 +229,6 @@ def _delta_encoded(metadata: Any) -> set[str]:
         for column in columns
         if any(encoding.startswith("DELTA") for encoding in column.encodings)
     }
-
-
-def _place(top: int, tops: Collection[int]) -> int:
-    """The index of a field among those that are read."""
-    return sum(other < top for other in tops)
 
 
 def _is_text(kind: Any) -> bool:
@@ -291,6 +278,9 @@ def _sources(schema: Any, tops: Collection[int], sample: Any) -> tuple[list[_Sou
     found: list[_Source] = []
     left: list[str] = []
 
+    def leave(name: str, kind: Any) -> None:
+        left.append(f"{name} ({kind if len(str(kind)) < 40 else 'a structure'})")
+
     def add(top: int, path: tuple[int, ...], name: str, array: Any) -> None:
         if types.is_struct(array.type) and len(path) < _DEEPEST:
             for i, part in enumerate(array.flatten()):
@@ -300,60 +290,36 @@ def _sources(schema: Any, tops: Collection[int], sample: Any) -> tuple[list[_Sou
         if _is_vector(array.type):
             width = next((len(item) for item in array if item.is_valid), 0)
         if not _is_plain(array.type) and not 1 <= width <= _MOST:
-            left.append(f"{name} ({array.type if len(str(array.type)) < 40 else 'a structure'})")
+            leave(name, array.type)
             return
+        unit = array.type.unit if types.is_duration(array.type) else ""
         start = found[-1].indices.stop if found else 0
         if _LEVELS.fullmatch(name):
             levels = [level.strip("'") for level in re.findall(_LEVEL, name)]
             name = " ".join(filter(None, levels))
-        found.append(_Source(top, path, name, width, start))
+        found.append(_Source(top, path, name, unit, width, start))
 
+    read = dict(zip(sorted(tops), sample.columns, strict=True))
     for top, field in enumerate(schema):
-        if top in tops:
-            add(top, (), field.name, sample.column(_place(top, tops)))
+        if top in read:
+            add(top, (), field.name, read[top])
         else:
-            text = str(field.type)
-            left.append(f"{field.name} ({text if len(text) < 40 else 'a structure'})")
+            leave(field.name, field.type)
     return found, left
 
 
-def _unit(kind: Any) -> str:
-    """The unit that a type tells."""
-    from pyarrow import types
-
-    return str(kind.unit) if types.is_duration(kind) else ""
-
-
-def _kind(kind: Any, width: int) -> CellType | None:
-    """What a column of that type holds; None where its words tell."""
-    from pyarrow import types
-
-    if types.is_timestamp(kind) or types.is_time(kind):
-        return CellType.STAMP
-    words = (types.is_dictionary(kind), types.is_date(kind), types.is_null(kind))
-    if width or not (any(words) or _is_text(kind) or types.is_string_view(kind)):
-        return CellType.NUMBER
-    return None
-
-
-def _leaf(array: Any, path: Sequence[int]) -> Any:
-    """A field of a structure."""
-    for step in path:
-        array = array.flatten()[step]
-    return array
-
-
 def _columns(
-    batch: Any, sources: Sequence[_Source], first: int, path: Path
+    batch: Any, tops: Collection[int], sources: Sequence[_Source], first: int, path: Path
 ) -> dict[int, NDArray[Any] | list[str]]:
     """The columns in some rows by their index: numbers or times as arrays, and words."""
-    tops = {source.top for source in sources}
+    read = dict(zip(sorted(tops), batch.columns, strict=True))
     columns: dict[int, NDArray[Any] | list[str]] = {}
     for source in sources:
-        array = _leaf(batch.column(_place(source.top, tops)), source.path)
+        array = read[source.top]
+        for step in source.path:
+            array = array.flatten()[step]
         if source.width:
-            vectors = _vectors(array, source, first, path)
-            columns |= {i: vectors[:, i - source.start] for i in source.indices}
+            columns |= zip(source.indices, _vectors(array, source, first, path).T, strict=True)
         else:
             columns[source.start] = _values(array)
     return columns
@@ -405,27 +371,6 @@ def _values(array: Any) -> NDArray[Any] | list[str]:
         words.append("")
         return [words[code] for code in codes.tolist()]
     return np.asarray(array.to_numpy(zero_copy_only=False))
-
-
-def _cells(
-    columns: Mapping[int, NDArray[Any] | list[str]],
-    layout: Layout,
-    roles: ColumnRoles,
-    first: bool,
-) -> dict[int, NDArray[Any] | list[str]]:
-    """The columns as a table reads them: what is no number and no time as words.
-
-    Of further times the first block is enough, as they become nothing.
-    """
-    result: dict[int, NDArray[Any] | list[str]] = {}
-    for index, column in columns.items():
-        if index in roles.left_out:
-            continue
-        if index in roles.numeric or index == roles.time:
-            result[index] = column
-        elif first or index == roles.label or layout.kinds[index] is not CellType.STAMP:
-            result[index] = as_cells(column)
-    return result
 
 
 @contextmanager

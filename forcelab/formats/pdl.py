@@ -102,33 +102,28 @@ def load_all(data: bytes, name: str, inert: frozenset[str] = frozenset()) -> lis
             f"'{name}' has {len(data):,} bytes, more than the {MAX_BYTES:,} that are read from a "
             f"pickle; split the database."
         )
-    with warnings.catch_warnings():
-        # Of escapes that escape nothing, in strings as Python 2 wrote them.
-        warnings.simplefilter("ignore", DeprecationWarning)
-        return _load_all(data, name, inert)
-
-
-def _load_all(data: bytes, name: str, inert: frozenset[str]) -> list[Value]:
     budget = _Budget(name, inert)
     stream = io.BytesIO(data)
     values: list[Value] = []
-    while (first := stream.tell()) < len(data):
-        if len(values) == MAX_PICKLES:
-            raise InputError(f"'{name}', byte {first}: more than {MAX_PICKLES} pickles follow.")
-        budget.check_pickle(stream)
-        stream.seek(first)
-        try:
-            value = _Unpickler(stream, encoding="latin-1").load()
-        except _UNPICKLING_ERRORS as error:
-            raise InputError(
-                f"'{name}', byte {first}: the pickle is damaged "
-                f"({_shortened(str(error))}); nothing was executed."
-            ) from None
-        try:
-            _check_tree(value, (), {})
-        except ValueError as error:
-            raise InputError(f"'{name}', byte {first}: {error}.") from None
-        values.append(value)
+    with warnings.catch_warnings():
+        # Of escapes that escape nothing, in strings as Python 2 wrote them.
+        warnings.simplefilter("ignore", DeprecationWarning)
+        while (first := stream.tell()) < len(data):
+            if len(values) == MAX_PICKLES:
+                raise InputError(f"'{name}', byte {first}: more than {MAX_PICKLES} pickles follow.")
+            budget.check_pickle(stream)
+            stream.seek(first)
+            try:
+                values.append(_Unpickler(stream, encoding="latin-1").load())
+            except _UNPICKLING_ERRORS as error:
+                raise InputError(
+                    f"'{name}', byte {first}: the pickle is damaged "
+                    f"({_shortened(str(error))}); nothing was executed."
+                ) from None
+            try:
+                _check_tree(values[-1], (), {})
+            except ValueError as error:
+                raise InputError(f"'{name}', byte {first}: {error}.") from None
     return values
 
 
@@ -320,7 +315,7 @@ def _records(file: str, pickles: list[Value]) -> dict[int, _Record]:
     checked: dict[int, _Record] = {}
     for key, record in records.items():
         if not isinstance(key, int) or not isinstance(record, dict):
-            raise InputError(f"'{file}': what is kept under {_quoted(key)} is no record.")
+            raise InputError(f"'{file}': what is kept under {_shortened(ascii(key))} is no record.")
         checked[key] = record
     return checked
 
@@ -396,13 +391,8 @@ def _tracks(
     actions = [name for name in names if name and not means_unlabelled(name)]
     for action in actions:
         if not action.isprintable():
-            raise InputError(f"{where}: the label {_quoted(action)} is no printable name.")
+            shown = _shortened(ascii(action))
+            raise InputError(f"{where}: the label {shown} is no printable name.")
     number = {action: code for code, action in enumerate(actions)}
     codes = np.array([number.get(str(label), UNLABELLED) for label in labels], dtype=np.int64)
     return (Track(author, from_codes(codes, times, actions)),) if actions else ()
-
-
-def _quoted(value: object) -> str:
-    """A foreign value as it may stand in a sentence: printable and short."""
-    text = ascii(value)
-    return text if len(text) <= 60 else f"{text[:60]}..."

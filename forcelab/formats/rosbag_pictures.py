@@ -5,9 +5,8 @@ JPEG goes into the video as it is; PNG and raw pixels are encoded as JPEG.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Generator, Iterator
-from contextlib import ExitStack, closing
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Any, Final
 
@@ -16,10 +15,22 @@ import numpy as np
 from forcelab.clock import ClockMap
 from forcelab.demonstration import VideoReference
 from forcelab.errors import InputError
-from forcelab.formats.rosbag_topics import FrameTimes
+from forcelab.formats.alignment import TimedRows
+from forcelab.formats.fields import values_within
+from forcelab.formats.recording import ColumnUse, ReadOptions, Use
+from forcelab.formats.rosbag_topics import Topic, TopicData
 from forcelab.jobs import Progress
 from forcelab.project.files import file_errors
 from forcelab.text import amount, counted, left_out
+from forcelab.video.pictures import (
+    JpegPicture,
+    PictureError,
+    PictureVideo,
+    UnknownPictureError,
+    pixels,
+    read_picture,
+    read_pixels,
+)
 
 _RAW: Final = "sensor_msgs/msg/Image"
 #: Fields of each type that holds pictures, besides header and data, and what the library makes of
@@ -43,30 +54,67 @@ def is_picture(message: Any) -> bool:
     )
 
 
-def describe_picture(message: Any) -> tuple[str, str]:
+def select_pictures(
+    topics: Sequence[Topic], options: ReadOptions
+) -> tuple[list[TopicData], dict[str, str]]:
+    """The topics of pictures to make videos of, empty yet, and a sentence on each that is none."""
+    selected: list[TopicData] = []
+    left: dict[str, str] = {}
+    for topic in topics:
+        if not is_picture(topic.first) or _left_out(topic, topics, options):
+            continue
+        kind, trouble = _describe(topic.first)
+        pictures = f"Pictures of {topic.name} ({kind})"
+        if options.unpack is None:
+            left[topic.name] = f"{pictures} become a video when the bag is imported."
+        elif trouble:
+            left[topic.name] = f"{pictures} were left out: {trouble}."
+        else:
+            selected.append(TopicData(topic))
+    return selected, left
+
+
+def preview_pictures(topic: Topic, topics: Sequence[Topic], options: ReadOptions) -> ColumnUse:
+    """What the pictures of a topic are read as."""
+    kind, trouble = _describe(topic.first)
+    if trouble:
+        return ColumnUse(topic.name, "", "left out", (kind,), choices=("left out",))
+    use: Use = "left out" if _left_out(topic, topics, options) else "video"
+    return ColumnUse(topic.name, "", use, (kind,), choices=("video", "left out"))
+
+
+def _left_out(topic: Topic, topics: Sequence[Topic], options: ReadOptions) -> bool:
+    """Whether a topic is to be left out: by its own name, or by that of what it lies in.
+
+    The name of another topic stands for that alone: ``/camera/compressed`` lies beside ``/camera``.
+    """
+    others = {other.name.removeprefix("/") for other in topics if other is not topic}
+    return values_within(
+        topic.name, *(name for name in options.leave_out if name.removeprefix("/") not in others)
+    )
+
+
+def _describe(message: Any) -> tuple[str, str]:
     """What a message's picture is, such as ``"rgb8, 640 x 480"``.
 
     Also why no picture like it becomes part of a video; empty where they do.
     """
-    from forcelab.video.pictures import PictureError, UnknownPictureError
-
     trouble = ""
     try:
-        kind, _, size = _as_jpeg(message)
+        picture = _read(message)
+        return f"{picture.source}, {pixels(picture.size)}", ""
     except UnknownPictureError as error:
         trouble = str(error)
-    except PictureError:
+    except PictureError:  # which others need not be
         pass
-    else:
-        return f"{kind}, {_pixels(size)}", ""
     if message.__msgtype__ != _RAW:
         return str(message.format[:_LONGEST]), trouble
-    return f"{message.encoding[:_LONGEST]}, {_pixels((message.width, message.height))}", trouble
+    return f"{message.encoding[:_LONGEST]}, {pixels((message.width, message.height))}", trouble
 
 
 def write_video(
     messages: Iterator[tuple[int, Any]],
-    frames: FrameTimes,
+    frames: TimedRows,
     path: Path,
     count: Callable[[str], Progress],
     *,
@@ -77,78 +125,51 @@ def write_video(
     `count` counts those of a topic. Pictures that are damaged, or of another size than the first,
     are left out; `strict` refuses them.
     """
-    from forcelab.video.jpeg_writer import JpegVideoWriter
-    from forcelab.video.pictures import PictureError
-
-    topic, times = frames.topic, dict(zip(frames.rows.tolist(), frames.times.tolist(), strict=True))
-    writer: JpegVideoWriter | None = None
-    first, size, fault = 0.0, (0, 0), ""
-    frame_count = bad_count = 0
-    kinds: dict[str, None] = {}
-    with ExitStack() as stack:
-        stack.enter_context(file_errors(f"The pictures of {topic} were not written to '{path}'"))
+    topic, times = frames.name, dict(zip(frames.rows.tolist(), frames.times.tolist(), strict=True))
+    fault, bad_count = "", 0
+    sources: dict[str, None] = {}
+    with (
+        file_errors(f"The pictures of {topic} were not written to '{path}'"),
+        closing(PictureVideo(path)) as video,
+    ):
         for row, (_, message) in enumerate(messages):
             yield count(topic)
             if row not in times:
                 continue
             try:
-                kind, jpeg, picture_size = _as_jpeg(message)
-                if writer is not None and picture_size != size:
-                    raise PictureError(f"it is of {_pixels(picture_size)}, others {_pixels(size)}")
+                picture = _read(message)
+                video.write(picture, times[row])
             except PictureError as error:
                 bad_count, fault = bad_count + 1, fault or f"message {row + 1:,}: {error}"
                 if strict:
                     raise InputError(
                         f"{topic}, {fault}; leave the topic out (--leave-out {topic})."
                     ) from error
-                continue
-            if writer is None:
-                writer = stack.enter_context(closing(JpegVideoWriter(path, *picture_size)))
-                first, size = times[row], picture_size
-            writer.write(jpeg, times[row] - first)
-            kinds[kind] = None
-            frame_count += 1
+            else:
+                sources[picture.source] = None
     remarks = list(frames.remarks)
     if bad_count:
         remarks.append(f"{left_out(bad_count, f'picture of {topic}')}; {fault}.")
-    if not frame_count:
+    if not video.count:
         return None, tuple(remarks)
-    how = "as in the bag" if list(kinds) == ["JPEG"] else f"{', '.join(kinds)} encoded as JPEG"
+    how = "as in the bag" if list(sources) == ["JPEG"] else f"{', '.join(sources)} encoded as JPEG"
     remarks.insert(
         0,
-        f"{topic} became a video: {counted(frame_count, 'frame')} of {_pixels(size)} ({how}), "
+        f"{topic} became a video: {counted(video.count, 'frame')} of {pixels(video.size)} ({how}), "
         f"{amount(path.stat().st_size)}.",
     )
-    return VideoReference(path, ClockMap(first), topic), tuple(remarks)
+    return VideoReference(path, ClockMap(video.start), topic), tuple(remarks)
 
 
-def video_path(folder: Path, topic: str) -> Path:
-    """Where in a folder a topic's video goes: what topics are called is a stranger's choice."""
-    return folder / f"{len(list(folder.iterdir()))}-{re.sub(r'[^a-zA-Z0-9]+', '-', topic)[:80]}.mkv"
-
-
-def _pixels(size: tuple[int, int]) -> str:
-    return f"{size[0]} x {size[1]}"
-
-
-def _as_jpeg(message: Any) -> tuple[str, bytes, tuple[int, int]]:
-    """What a message's picture is, the picture as JPEG, and its width and height."""
-    from forcelab.video.jpeg_writer import encode_jpeg
-    from forcelab.video.pictures import check_jpeg, decode_png, decode_raw, is_png
-
-    if message.__msgtype__ == _RAW:
-        picture = decode_raw(
-            message.encoding,
-            message.width,
-            message.height,
-            message.step,
-            bool(message.is_bigendian),
-            message.data,
-        )
-        kind = message.encoding
-    else:
-        data = message.data.tobytes()
-        if not is_png(data):
-            return "JPEG", *check_jpeg(data)
-        kind, picture = "PNG", decode_png(data)
-    return kind, encode_jpeg(picture), (picture.shape[1], picture.shape[0])
+def _read(message: Any) -> JpegPicture:
+    """The picture in a message."""
+    if message.__msgtype__ != _RAW:
+        return read_picture(message.data.tobytes())
+    return read_pixels(
+        message.encoding,
+        message.width,
+        message.height,
+        message.step,
+        bool(message.is_bigendian),
+        message.data,
+    )

@@ -60,7 +60,7 @@ class SampleTable:
         if prediction is not None:
             tracks.append(Track(prediction.author, prediction.segments))
         self._labels = {f"{LABELS_OF}{track.author}": track for track in tracks}
-        self._prediction = prediction if prediction and prediction.probabilities else None
+        self._probabilities = prediction.probabilities if prediction is not None else None
         channels = demonstration.channels
         self._signals = [f"{c.name} ({c.unit})" if c.unit else c.name for c in channels]
         actions = (action for track in tracks for action in track.actions)
@@ -70,18 +70,14 @@ class SampleTable:
                     f"The name {name!a} holds a character that a table of samples cannot; "
                     f"rename it."
                 )
+        self.columns = ("time (s)", *self._signals, *self._labels)
+        if prediction is not None and self._probabilities is not None:
+            self.columns += (f"{PROBABILITY_OF}{prediction.author}",)
         if len(set(self.columns)) < len(self.columns):
             twice = next(name for name in self.columns if self.columns.count(name) > 1)
             raise InputError(
                 f"Two columns would be called '{twice}'; rename the channel or author."
             )
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        names = ["time (s)", *self._signals, *self._labels]
-        if self._prediction is not None:
-            names.append(f"{PROBABILITY_OF}{self._prediction.author}")
-        return tuple(names)
 
     def write_csv(self, stream: BinaryIO) -> None:
         """Write the table as CSV (RFC 4180), numbers with as many digits as tell them exactly."""
@@ -107,7 +103,7 @@ class SampleTable:
         parquet = load_extra("pyarrow.parquet", "parquet", "A Parquet file")
         words_type = arrow.dictionary(arrow.int32(), arrow.string())
         types = [arrow.float64()] * (1 + len(self._signals)) + [words_type] * len(self._labels)
-        types += [arrow.float32()] * (self._prediction is not None)
+        types += [arrow.float32()] * (self._probabilities is not None)
         schema = arrow.schema(list(zip(self.columns, types, strict=True)))
         with parquet.ParquetWriter(stream, schema) as writer:
             for numbers, words, probability in self._blocks():
@@ -132,14 +128,12 @@ class SampleTable:
                 for track in self._labels.values()
             ]
             probability = None
-            if self._prediction is not None and self._prediction.probabilities is not None:
-                # A prediction comes last among the labels.
-                codes, actions = words[-1]
+            if self._probabilities is not None:
+                codes, actions = words[-1]  # a prediction comes last among the labels
                 probability = np.full(len(block), np.nan)
                 for code, action in enumerate(actions):
-                    mask = codes == code
-                    if mask.any():
-                        probability[mask] = self._prediction.probabilities(action, block[mask])
+                    if (mask := codes == code).any():
+                        probability[mask] = self._probabilities(action, block[mask])
             yield [block, *signals[rows].T], words, probability
 
 

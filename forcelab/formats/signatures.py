@@ -198,8 +198,9 @@ def naming_damage(path: Path, kind: str, cure: str, *raised: type[BaseException]
         # A place far outside of the file is its own fault; others are the disk's.
         if isinstance(error, OSError) and error.errno not in (None, errno.EINVAL):
             raise
-        text = " ".join(str(error).split()).rstrip(".")[:160] or type(error).__name__
-        raise InputError(f"'{path}' is not a whole {kind} ({text}); {cure}.") from error
+        text = " ".join(str(error).split()).rstrip(".") or type(error).__name__
+        reason = text if len(text) <= 160 else f"{text[:160]}…"
+        raise InputError(f"'{path}' is not a whole {kind} ({reason}); {cure}.") from error
 
 
 def _one_line(text: str) -> str:

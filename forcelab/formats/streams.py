@@ -1,14 +1,12 @@
 """Recordings of several streams, each with its own times: chosen, and put onto one clock.
 
-What C3D, XDF and TDMS files hold. Streams come onto one clock as the topics of a bag do
-(:func:`~forcelab.formats.rosbag_topics.align_topics`). Their events name what is done until the
-next one; where there is a "NAME start" and a "NAME end", NAME is done in between.
+What C3D, XDF and TDMS files hold. Their events name what is done until the next one; where there
+is a "NAME start" and a "NAME end", NAME is done in between.
 """
 
 from __future__ import annotations
 
 import re
-from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -20,15 +18,10 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
+from forcelab.formats.alignment import TimedStream, align_streams
+from forcelab.formats.fields import Field, values_within, with_sensors
 from forcelab.formats.label_tables import own_or_beside_tracks
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording, Use
-from forcelab.formats.rosbag_topics import (
-    Field,
-    TopicData,
-    align_topics,
-    values_within,
-    with_sensors,
-)
 from forcelab.formats.table_columns import MOST_LABELS, is_unlabelled, missing_remark
 from forcelab.formats.track_text import on_samples
 from forcelab.labels import Segment, Track
@@ -82,22 +75,14 @@ def make_recording(
 
     Options name streams, or channels as in ``stream.channel``; events are chosen as labels.
     """
-    fields = _choose(streams, events, options)
+    chosen = _choose(streams, events, options)
     # Relative to a sample in the middle, times keep all their digits.
-    times = np.concatenate([s.times for s in streams if any(f.topic == s.name for f in fields)])
+    times = np.concatenate([stream.times for stream, _ in chosen])
     times = times[np.isfinite(times)]
     zero = float(np.median(times)) if times.size else 0.0
-    topics = [
-        _topic(stream, mine, zero)
-        for stream in streams
-        if (mine := tuple(field_ for field_ in fields if field_.topic == stream.name))
-    ]
-    aligned = align_topics(
-        topics, str(path), strict=options.strict, topic_word="stream", message_word="sample"
-    )
-    channels = tuple(
-        channel for topic in topics for field_ in topic.fields for channel in field_.channels
-    )
+    timed = [_timed(stream, field, zero) for stream, field in chosen]
+    aligned = align_streams(timed, str(path), strict=options.strict)
+    channels = tuple(channel for _, field in chosen for channel in field.channels)
     demonstration = Demonstration(
         path.stem,
         options.task or "",
@@ -114,7 +99,7 @@ def make_recording(
         tracks,
         (
             *remarks,
-            *_not_read(streams, {topic.topic for topic in topics}),
+            *_not_read(streams, {stream.name for stream, _ in chosen}),
             *aligned.remarks,
             *label_remarks,
             *beside_remarks,
@@ -139,8 +124,8 @@ def preview_streams(
     streams: Sequence[Stream], events: Sequence[Events], options: ReadOptions
 ) -> tuple[ColumnUse, ...]:
     """What the channels and events would be read as; each stream begins with its times."""
-    fields = _choose(streams, events, options)
-    read = {f"{field_.topic}.{leaf[0]}" for field_ in fields for leaf in field_.leaves}
+    chosen = _choose(streams, events, options)
+    read = {address for _, field in chosen for address in field.addresses}
     rows: list[ColumnUse] = []
     for stream in streams:
         cells = tuple(f"{time:.6f}" for time in stream.times[:3].tolist())
@@ -160,8 +145,8 @@ def preview_streams(
 
 def _choose(
     streams: Sequence[Stream], events: Sequence[Events], options: ReadOptions
-) -> list[Field]:
-    """The channels to read, by stream, with names that tell them apart."""
+) -> list[tuple[Stream, Field]]:
+    """The streams to read, each with its channels to read, whose names tell them apart."""
     addresses = [address for stream in streams for address in stream.addresses]
     names = [found.name for found in events]
     for name in (*options.signals, *options.leave_out):
@@ -171,9 +156,9 @@ def _choose(
                 f"it has no values called '{name}'; name one of {listed(known)}, or a "
                 "channel as in STREAM.CHANNEL."
             )
-    fields = [_field(stream).requested(options) for stream in streams]
-    fields = [field_ for field_ in fields if field_.leaves]
-    if not fields:
+    fields = {stream.name: _field(stream).requested(options) for stream in streams}
+    read = [stream for stream in streams if fields[stream.name].leaves]
+    if not read:
         known = [stream.name for stream in streams]
         raise InputError(
             f"it has no signals{' but what is left out' if options.leave_out else ''}; "
@@ -183,7 +168,8 @@ def _choose(
                 else "there is nothing to import."
             )
         )
-    return with_sensors(fields)
+    named = with_sensors([fields[stream.name] for stream in read])
+    return list(zip(read, named, strict=True))
 
 
 def _field(stream: Stream) -> Field:
@@ -195,19 +181,15 @@ def _field(stream: Stream) -> Field:
     return Field(stream.name, (), leaves, names, units, force=stream.chosen)
 
 
-def _topic(stream: Stream, fields: tuple[Field, ...], zero: float) -> TopicData:
-    """A stream as what comes onto one clock with others."""
-    places = {channel.name: i for i, channel in enumerate(stream.channels)}
-    chosen = [places[str(leaf[0])] for field_ in fields for leaf in field_.leaves]
+def _timed(stream: Stream, field: Field, zero: float) -> TimedStream:
+    """The chosen channels of a stream, in nanoseconds as others that it is aligned with."""
+    places = {address: i for i, address in enumerate(stream.addresses)}
+    chosen = [places[address] for address in field.addresses]
     known = np.abs(stream.times - zero) < _ABSURD  # nor is NaN
     seconds = np.where(known, stream.times - zero, -_LEAD)
     ticks = np.rint((seconds + _LEAD) * _SECOND).astype(np.int64)
     values = np.ascontiguousarray(stream.values[:, chosen], np.float64)
-    topic = TopicData(stream.name, fields, {}, None, None)
-    topic.arrived.frombytes(ticks.tobytes())
-    topic.stamped = array("q", bytes(8 * ticks.size))
-    topic.values.frombytes(values.tobytes())
-    return topic
+    return TimedStream(stream.name, ticks, None, values)
 
 
 def _chosen_events(events: Sequence[Events], options: ReadOptions) -> list[Events]:

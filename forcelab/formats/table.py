@@ -11,8 +11,9 @@ from __future__ import annotations
 from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +50,7 @@ from forcelab.formats.table_sniff import (
     Layout,
     NotANumberError,
     cell_type,
+    column_kinds,
     continues_name,
     find_layout,
     head_lines,
@@ -58,6 +60,7 @@ from forcelab.formats.table_sniff import (
     is_text,
     is_time_name,
     lines,
+    name_columns,
     numbers,
     sniff_layout,
     unit_of_time,
@@ -71,7 +74,7 @@ from forcelab.formats.timestamps import (
 from forcelab.formats.track_text import plain_text
 from forcelab.jobs import Progress
 from forcelab.labels import UNLABELLED, Track, from_codes
-from forcelab.text import counted, listed
+from forcelab.text import counted, listed, were
 
 #: Suffixes of files that are tables, whatever they hold.
 _SUFFIXES = frozenset([".csv", ".tsv"])
@@ -115,43 +118,41 @@ def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Rec
     roles = choose_roles(layout, options)
     rows = lines(path, layout.encoding, layout.skip, sections=layout.sections)
     letters = path.stat().st_size // (2 if layout.encoding.startswith("utf-16") else 1)
-    body = yield from read_rows(layout, roles, rows, letters)
+    table = yield from read_rows(layout, roles, rows, letters)
     remarks = []
-    if layout.sections and any(lines(path, layout.encoding, int(body.lines[-1]))):
+    if layout.sections and any(lines(path, layout.encoding, int(table.lines[-1]))):
         remarks.append("More tables follow in the file; only the first one was read.")
-    return [make_recording(path.stem, layout, roles, body, options, remarks)]
+    return [make_recording(path.stem, table, options, remarks)]
 
 
 def make_recording(
     name: str,
-    layout: Layout,
-    roles: ColumnRoles,
-    body: TableBody,
+    table: Table,
     options: ReadOptions,
     more_remarks: Sequence[str] = (),
     *,
     beside: bool = True,
 ) -> Recording:
     """A demonstration of the rows of a table, with its labels and those `beside` its file."""
-    if body.times is not None and roles.nanoseconds is not None:
-        nanoseconds = body.table[:, body.numeric.index(roles.nanoseconds)]
+    layout, roles = table.layout, table.roles
+    if table.times is not None and roles.nanoseconds is not None:
+        nanoseconds = table.values[roles.nanoseconds]
         if (nanoseconds >= 1e9).any():
             rest = layout.columns[roles.nanoseconds].name
             raise InputError(
                 f"{layout.path}: '{rest}' goes beyond a second, so that it adds nothing to the "
                 f"column of seconds; leave one of the two out (--leave-out)."
             )
-        ticks = nanoseconds * (body.times.per_second / 1e9)
-        times = replace(body.times, values=body.times.values + ticks)
-        body = replace(body, times=times)
-    table = _Table(layout, roles, body)
+        ticks = nanoseconds * (table.times.per_second / 1e9)
+        times = replace(table.times, values=table.times.values + ticks)
+        table = replace(table, times=times)
     _refuse_long_format(table)
     remarks = [*layout.remarks, *table.ragged_remarks(options.strict), *more_remarks]
     repaired = _times(table, options)
     remarks += repaired.remarks
     indices, left_out_remarks = _channel_columns(table)
-    signals = body.table
-    if indices != body.numeric or not repaired.kept.all():
+    signals = table.numbers
+    if indices != table.numeric or not repaired.kept.all():
         signals = np.empty((repaired.times.size, len(indices)))
         for place, index in enumerate(indices):
             signals[:, place] = table.values[index][repaired.kept]
@@ -184,24 +185,124 @@ _RAGGED_SHARE = 0.05
 _RAGGED_ROWS = 1000
 
 
-@dataclass(frozen=True, slots=True)
-class TableBody:
-    """The rows of a table, n of them."""
+#: Cells of a column, or an array of the numbers, dates or times of the day that it holds.
+TypedColumn: TypeAlias = Sequence[str] | NDArray[Any]
 
+
+#: Why a column is left out that counts although its name does not say so.
+_GUESSED_NOTE = "its steps count samples; if it is a signal, import it as one (--signal)"
+
+
+@dataclass(frozen=True)
+class Table:
+    """The n rows of a table, or the first ones, and what each of its columns is used for."""
+
+    layout: Layout
+    roles: ColumnRoles
     numeric: list[int]  #: the columns of numbers but the one of times
     #: What they hold, side by side, shape (n, len(numeric)): where all of them become channels
     #: these are the signals, as there may be no room for a copy.
-    table: NDArray[np.float64]
-    words: dict[int, TextColumn]  #: all other columns but the one of times
+    numbers: NDArray[np.float64]
+    #: All other columns but the one of times; of further stamps only the first rows.
+    words: dict[int, TextColumn]
     lines: NDArray[np.int64] | range  #: 1-based line of each row
     ragged: NDArray[np.bool_]  #: rows with another number of cells: all their samples are missing
     times: RawTimestamps | None = None  #: of the column of times
 
+    @cached_property
+    def values(self) -> dict[int, NDArray[np.float64]]:
+        """The numbers of each numeric column, by its index."""
+        return dict(zip(self.numeric, self.numbers.T, strict=True))
 
-def as_cells(column: NDArray[Any] | list[str]) -> list[str]:
+    @cached_property
+    def counters(self) -> dict[int, NDArray[np.float64]]:
+        """What the columns count that count samples."""
+        return counter_columns(self.layout, self.roles, self.values)
+
+    @cached_property
+    def label(self) -> int | None:
+        """The column of labels."""
+        return label_column(self.layout, self.roles, self.words)
+
+    @property
+    def counter(self) -> int | None:
+        """The column whose counts stand in for times, where there are none."""
+        if self.roles.time is not None:
+            return None
+        return (
+            min(self.counters, default=None) if self.roles.counter is None else self.roles.counter
+        )
+
+    def use(self, index: int) -> tuple[Use, str]:
+        """What a column is used for, and why it becomes no channel; empty where that is plain."""
+        column, roles, words = self.layout.columns[index], self.roles, self.words.get(index)
+        use: Use = "left out"
+        why = ""
+        if roles.time is not None and index in (roles.time, roles.nanoseconds):
+            use = "times"
+        elif index == self.label or index in roles.authors:
+            use = "labels"
+        elif index in roles.signals:
+            use = "signal"
+        elif words is not None and words.empty and not column.named:
+            pass  # what a separator at the end of each row makes
+        elif index in roles.left_out:
+            why = "as chosen"
+        elif index in roles.other_times or index in roles.probabilities:
+            why = (
+                "it has times, too" if index in roles.other_times else "a prediction's probability"
+            )
+        elif index in self.counters:
+            use = "counter"
+            if index != roles.counter and not (column.named and is_counter_name(column.name)):
+                why = _GUESSED_NOTE
+            elif index != self.counter:  # of which a remark says that it places the rows
+                why = "it counts the samples"
+        elif words is not None:
+            why = "empty" if words.empty else "words, not numbers"
+        elif is_index(column, self.layout.cells(index)) and continues_name(
+            self.values[index], column
+        ):
+            why = "it only counts the rows"
+        else:
+            use = "signal"
+        return use, why
+
+    def ragged_remarks(self, strict: bool) -> tuple[str, ...]:
+        """A remark on rows with another number of cells; refused if strict."""
+        number = int(self.ragged.sum())
+        if not number:
+            return ()
+        line = f"{self.layout.line} {self.lines[np.argmax(self.ragged)]}"
+        placed = self.roles.time is not None or self.counter is not None
+        text = (
+            f"{counted(number, 'row')} with more or fewer than {self.layout.dialect.width} cells "
+            f"{were(number)} {'dropped' if placed else 'taken as missing samples'}, the first in "
+            f"{line}"
+        )
+        if strict:
+            raise InputError(f"{self.layout.path}, {line}: {text}; mend it or let it be repaired.")
+        return (f"{text}.",)
+
+
+def typed_layout(
+    names: Sequence[str], units: Sequence[str], columns: Sequence[TypedColumn], path: Path
+) -> Layout:
+    """What a table is whose columns have types, by the first values of each."""
+    named, remarks = name_columns(names, units)
+    dialect = Dialect(None, ".", len(named))
+    sample = tuple(zip(*map(_as_cells, columns), strict=True))
+    kinds = list(column_kinds(sample, dialect))
+    for index, column in enumerate(columns):
+        if isinstance(column, np.ndarray):
+            kinds[index] = CellType.STAMP if column.dtype.kind in "Mm" else CellType.NUMBER
+    return Layout(dialect, named, tuple(kinds), 0, sample, remarks, path=path, line="row")
+
+
+def _as_cells(column: TypedColumn) -> Sequence[str]:
     """Words, numbers or times as the cells of a text table; empty where one is missing."""
-    if isinstance(column, list) or column.dtype.kind == "O":
-        return list(column)
+    if not isinstance(column, np.ndarray):
+        return column
     if column.dtype.kind in "Mm":
         clock = column.dtype.kind == "m"
         dates = np.datetime64("1970-01-01") + column if clock else column
@@ -229,6 +330,11 @@ class BodyReader:
         self._words = {
             i: TextColumn() for i in indices if i not in roles.numeric and i != roles.time
         }
+        labels = (roles.label, *roles.authors)
+        #: Further columns of stamps: they become nothing, so that the first block is enough.
+        self._spare = {
+            i for i in self._words if layout.kinds[i] is CellType.STAMP and i not in labels
+        }
         self._blocks: dict[int, list[NDArray[np.float64]]] = {
             i: [] for i in indices if i not in self._words
         }
@@ -238,13 +344,11 @@ class BodyReader:
     def read(
         self,
         line_numbers: Sequence[int] | NDArray[np.int64],
-        columns: Mapping[int, Sequence[str] | NDArray[Any]],
+        columns: Mapping[int, TypedColumn],
         ragged: NDArray[np.bool_] | None = None,
     ) -> None:
-        """Read a block of rows: of each column the cells, or an array of what they hold.
-
-        Columns that are left out need not be given.
-        """
+        """Read a block of rows; columns that are left out need not be given."""
+        first = not self._lines
         self._lines.append(np.array(line_numbers, np.int64))
         self._ragged.append(np.zeros(len(line_numbers), np.bool_) if ragged is None else ragged)
         total = sum(block.size for block in self._ragged)
@@ -252,14 +356,21 @@ class BodyReader:
             self._refuse_ragged()
         for index, column in columns.items():
             if index in self._words:
-                self._words[index].read(list(column))
+                if first or index not in self._spare:
+                    self._words[index].read(_as_cells(column))
                 continue
             try:
                 self._blocks[index].append(self._numbers(index, column))
             except NotANumberError as error:
-                raise _no_number(self._layout, self._roles, index, line_numbers, error) from error
+                excerpt = error.cell if len(error.cell) <= 40 else error.cell[:37] + "..."
+                kind = "stamp" if index == self._roles.time else "number"
+                raise InputError(
+                    f"{self._layout.path}, {self._layout.line} {line_numbers[error.index]}: "
+                    f"{excerpt!r} in column '{self._layout.columns[index].name}' is not a {kind}; "
+                    f"mend the cell or empty it."
+                ) from error
 
-    def _numbers(self, index: int, column: Sequence[str] | NDArray[Any]) -> NDArray[np.float64]:
+    def _numbers(self, index: int, column: TypedColumn) -> NDArray[np.float64]:
         """The numbers or stamps in the cells of a column."""
         if self._stamps is not None and index == self._roles.time:
             if isinstance(column, np.ndarray):
@@ -271,7 +382,7 @@ class BodyReader:
         values[~np.isfinite(values)] = np.nan
         return values
 
-    def finish(self) -> TableBody:
+    def finish(self) -> Table:
         """All rows; a table of which more than 5 % (and more than one) are ragged is refused."""
         layout, time = self._layout, self._roles.time
         self._refuse_ragged()
@@ -294,7 +405,7 @@ class BodyReader:
         table = np.empty((lines.size, len(numeric)))
         for place, index in enumerate(numeric):
             np.concatenate(self._blocks.pop(index), out=table[:, place])
-        return TableBody(numeric, table, words, lines, ragged, times)
+        return Table(layout, self._roles, numeric, table, words, lines, ragged, times)
 
     def _refuse_ragged(self) -> None:
         """Refuse a table too many of whose rows have another number of cells."""
@@ -314,7 +425,7 @@ def read_rows(
     roles: ColumnRoles,
     row_blocks: Iterable[tuple[list[int], list[str]]],
     letters: int,
-) -> Generator[Progress, None, TableBody]:
+) -> Generator[Progress, None, Table]:
     """Read all rows of a table as text: blocks of their 1-based line numbers and lines.
 
     `letters` is about how many they have, 0 where that is not known.
@@ -326,65 +437,34 @@ def read_rows(
             yield reading_progress(layout.path, done, letters)
         done += len(rows) + sum(map(len, rows))
         quick = _parse_block(rows, dialect, reader.plain)
-        columns: dict[int, Sequence[str] | NDArray[Any]]
+        columns: dict[int, TypedColumn]
         if quick is not None:
             columns = {index: _one_column(rows, dialect, index) for index in rest}
             columns |= {index: quick[:, place] for place, index in enumerate(reader.plain)}
             reader.read(line_numbers, columns)
         else:
-            cells = _split_rows(layout.path, line_numbers, rows, dialect)
+            try:
+                cells = dialect.split(rows)
+            except ValueError as error:
+                raise InputError(
+                    f"{layout.path}: {error} between lines {line_numbers[0]} and "
+                    f"{line_numbers[-1]}; a cell must end on the line on which it starts."
+                ) from error
             ragged = _pad_rows(cells, dialect)
             columns = dict(enumerate(zip(*cells, strict=True)))
             reader.read(line_numbers, columns, ragged)
     return reader.finish()
 
 
-def _no_number(
-    layout: Layout,
-    roles: ColumnRoles,
-    index: int,
-    line_numbers: Sequence[int] | NDArray[np.int64],
-    error: NotANumberError,
-) -> InputError:
-    """The error for a cell that is not what its column holds."""
-    excerpt = error.cell if len(error.cell) <= 40 else error.cell[:37] + "..."
-    return InputError(
-        f"{layout.path}, {layout.line} {line_numbers[error.index]}: {excerpt!r} in column "
-        f"'{layout.columns[index].name}' is not a "
-        f"{'stamp' if index == roles.time else 'number'}; mend the cell or empty it."
-    )
-
-
-def _sample_body(layout: Layout, roles: ColumnRoles) -> TableBody:
-    """The first rows alone; cells that are no numbers are named when the table is read."""
-    numeric, columns, words, decimal = [], [], {}, layout.dialect.decimal
-    for index in range(len(layout.columns)):
-        cells = layout.cells(index)
-        if index in roles.numeric:
-            kinds = (cell_type(cell, decimal) for cell in cells)
-            pairs = zip(cells, kinds, strict=True)
-            plain = [cell if kind is CellType.NUMBER else "" for cell, kind in pairs]
-            numeric.append(index)
-            columns.append(numbers(plain, decimal))
-        elif index != roles.time:
-            words[index] = TextColumn()
-            words[index].read(cells)
-            words[index].close()
-    count = len(layout.sample)
-    table = np.array(columns).reshape(-1, count).T
-    return TableBody(numeric, table, words, range(1, count + 1), np.zeros(count, np.bool_))
-
-
-def _split_rows(
-    path: Path, line_numbers: Sequence[int], rows: Sequence[str], dialect: Dialect
-) -> list[list[str]]:
-    try:
-        return dialect.split(rows)
-    except ValueError as error:
-        raise InputError(
-            f"{path}: {error} between lines {line_numbers[0]} and {line_numbers[-1]}; a cell must "
-            "end on the line on which it starts."
-        ) from error
+def _sample_table(layout: Layout, roles: ColumnRoles) -> Table:
+    """The first rows but their times; cells that are no numbers are named on reading the table."""
+    columns = {i: layout.cells(i) for i in range(len(layout.columns)) if i != roles.time}
+    for index in roles.numeric:
+        pairs = [(cell, cell_type(cell, layout.dialect.decimal)) for cell in columns[index]]
+        columns[index] = [cell if kind is CellType.NUMBER else "" for cell, kind in pairs]
+    reader = BodyReader(layout, replace(roles, time=None))
+    reader.read(range(1, len(layout.sample) + 1), columns)
+    return replace(reader.finish(), roles=roles)
 
 
 def _parse_block(
@@ -439,104 +519,29 @@ def _pad_rows(table: list[list[str]], dialect: Dialect) -> NDArray[np.bool_]:
     return ragged
 
 
-#: Why a column is left out that counts although its name does not say so.
-_GUESSED_NOTE = "its steps count samples; if it is a signal, import it as one (--signal)"
-
-
-class _Table:
-    """A table, or its first rows, and what each of its columns is used for."""
-
-    def __init__(self, layout: Layout, roles: ColumnRoles, body: TableBody) -> None:
-        self.layout, self.roles, self.body = layout, roles, body
-        #: The numbers of each numeric column, by index.
-        self.values = dict(zip(body.numeric, body.table.T, strict=True))
-        self.counters: Mapping[int, NDArray[np.float64]] = counter_columns(
-            layout, roles, self.values
-        )
-        self.label = label_column(layout, roles, body.words)
-        #: The column whose counts stand in for times, where there are none.
-        self.counter = roles.counter
-        if roles.time is not None:
-            self.counter = None
-        elif roles.counter is None:
-            self.counter = min(self.counters, default=None)
-
-    def use(self, index: int) -> tuple[Use, str]:
-        """What a column is used for, and why it becomes no channel; empty where that is plain."""
-        column, roles, words = self.layout.columns[index], self.roles, self.body.words.get(index)
-        use: Use = "left out"
-        why = ""
-        if roles.time is not None and index in (roles.time, roles.nanoseconds):
-            use = "times"
-        elif index == self.label or index in roles.authors:
-            use = "labels"
-        elif index in roles.signals:
-            use = "signal"
-        elif words is not None and words.empty and not column.named:
-            pass  # what a separator at the end of each row makes
-        elif index in roles.left_out:
-            why = "as chosen"
-        elif index in roles.other_times or index in roles.probabilities:
-            why = (
-                "it has times, too" if index in roles.other_times else "a prediction's probability"
-            )
-        elif index in self.counters:
-            use = "counter"
-            if index != roles.counter and not (column.named and is_counter_name(column.name)):
-                why = _GUESSED_NOTE
-            elif index != self.counter:  # of which a remark says that it places the rows
-                why = "it counts the samples"
-        elif words is not None:
-            why = "empty" if words.empty else "words, not numbers"
-        elif is_index(column, self.layout.cells(index)) and continues_name(
-            self.values[index], column
-        ):
-            why = "it only counts the rows"
-        else:
-            use = "signal"
-        return use, why
-
-    def ragged_remarks(self, strict: bool) -> tuple[str, ...]:
-        """A remark on rows with another number of cells; refused if strict."""
-        number = int(self.body.ragged.sum())
-        if not number:
-            return ()
-        line = f"{self.layout.line} {self.body.lines[np.argmax(self.body.ragged)]}"
-        dropped = self.roles.time is not None or self.counter is not None
-        text = (
-            f"{counted(number, 'row')} with more or fewer than {self.layout.dialect.width} cells "
-            f"{'was' if number == 1 else 'were'} "
-            f"{'dropped' if dropped else 'taken as missing samples'}, the first in {line}"
-        )
-        if strict:
-            raise InputError(f"{self.layout.path}, {line}: {text}; mend it or let it be repaired.")
-        return (f"{text}.",)
-
-
-def _times(table: _Table, options: ReadOptions) -> RepairedTimestamps:
+def _times(table: Table, options: ReadOptions) -> RepairedTimestamps:
     """The repaired times of the column that holds them, or an even grid where there is none."""
-    layout, body = table.layout, table.body
-    if table.roles.time is None or body.times is None:
+    if table.times is None:
         return _even_times(table, options)
-    raw, lines, kept = body.times, body.lines, ~body.ragged
+    raw, lines, kept = table.times, table.lines, ~table.ragged
     if not kept.all():
         raw, lines = replace(raw, values=raw.values[kept]), np.array(lines)[kept]
     repaired = repair_timestamps(
         raw,
         lines,
-        str(layout.path),
+        str(table.layout.path),
         strict=options.strict,
         jitter=options.jitter,
-        line=layout.line,
+        line=table.layout.line,
     )
     remarks = (*raw.remarks, *repaired.remarks)
     kept[kept] = repaired.kept
     return replace(repaired, kept=kept, remarks=remarks)
 
 
-def _even_times(table: _Table, options: ReadOptions) -> RepairedTimestamps:
+def _even_times(table: Table, options: ReadOptions) -> RepairedTimestamps:
     """Rows at a rate: where their counter says, if there is one, else one after the other."""
-    layout, lines, counter = table.layout, table.body.lines, table.counter
+    layout, lines, counter = table.layout, table.lines, table.counter
     rate, remarks = options.rate, []
     if rate is None:
         rate = layout.rate
@@ -575,7 +580,7 @@ def _even_times(table: _Table, options: ReadOptions) -> RepairedTimestamps:
 _NAMED = 20
 
 
-def _unclear_rate(table: _Table) -> UnclearRateError:
+def _unclear_rate(table: Table) -> UnclearRateError:
     """The error for a table without times and without a rate."""
     path, columns, counter = table.layout.path, table.layout.columns, table.counter
     counts = f"'{columns[counter].name}' counts the samples" if counter is not None else ""
@@ -595,7 +600,7 @@ def _unclear_rate(table: _Table) -> UnclearRateError:
     )
 
 
-def _channel_columns(table: _Table) -> tuple[list[int], list[str]]:
+def _channel_columns(table: Table) -> tuple[list[int], list[str]]:
     """The columns that become channels, and remarks on those left out."""
     columns = table.layout.columns
     chosen: list[int] = []
@@ -634,27 +639,28 @@ def _channel_columns(table: _Table) -> tuple[list[int], list[str]]:
 _LONG_SHARE, _LONG_WORDS = 0.9, 100
 
 
-def _refuse_long_format(table: _Table) -> None:
+def _refuse_long_format(table: Table) -> None:
     """Refuse a table with several rows a time, each for another channel or sensor."""
-    body, layout = table.body, table.layout
-    stamps = body.times.values if body.times is not None else np.empty(0)
+    stamps = table.times.values if table.times is not None else np.empty(0)
     repeats = stamps[1:] == stamps[:-1]
     if not np.any(repeats) or np.mean(repeats) < 0.4:
         return
-    for index, text in body.words.items():
+    for index, text in table.words.items():
         if index in {table.label, *table.roles.authors, *table.roles.left_out} or text.empty:
+            continue
+        if table.layout.kinds[index] is CellType.STAMP:
             continue
         changes = np.diff(text.codes)[repeats] != 0
         if len(text.words) <= _LONG_WORDS and np.mean(changes) > _LONG_SHARE:
-            name, words = layout.columns[index].name, listed(text.words, 6)
+            name, words = table.layout.columns[index].name, listed(text.words, 6)
             raise InputError(
-                f"{layout.path} has several rows for each time, one for each of {words} in "
+                f"{table.layout.path} has several rows for each time, one for each of {words} in "
                 f"'{name}'; write one row for each time, with columns for each of them (a pivot "
                 f"table does it)."
             )
 
 
-def _found_remarks(table: _Table, options: ReadOptions) -> list[str]:
+def _found_remarks(table: Table, options: ReadOptions) -> list[str]:
     """On columns of times and labels that neither names nor options tell, and on brief labels."""
     columns, remarks = table.layout.columns, []
     time, label = table.roles.time, table.label
@@ -670,7 +676,7 @@ def _found_remarks(table: _Table, options: ReadOptions) -> list[str]:
             f"out if they are none (--leave-out)."
         )
     if label is None and not table.roles.authors:
-        candidates = word_columns(table.layout, table.roles, table.body.words)
+        candidates = word_columns(table.layout, table.roles, table.words)
         if len(candidates) > 1:
             names = listed([columns[index].name for index in candidates], _NAMED)
             remarks.append(
@@ -678,7 +684,7 @@ def _found_remarks(table: _Table, options: ReadOptions) -> list[str]:
                 f"(--label); {SEVERAL_AUTHORS}."
             )
     if label is not None:
-        text = table.body.words[label]
+        text = table.words[label]
         labelled = np.array([not is_unlabelled(word) for word in text.words], np.bool_)[text.codes]
         if np.count_nonzero(labelled) > 1 and not (labelled[1:] & labelled[:-1]).any():
             remarks.append(
@@ -690,7 +696,7 @@ def _found_remarks(table: _Table, options: ReadOptions) -> list[str]:
 
 
 def _own_tracks(
-    table: _Table, repaired: RepairedTimestamps, options: ReadOptions
+    table: Table, repaired: RepairedTimestamps, options: ReadOptions
 ) -> tuple[Track, ...]:
     """The columns of labels as tracks, as far as there are labels in them."""
     authors = dict(table.roles.authors)
@@ -698,7 +704,7 @@ def _own_tracks(
         authors[table.label] = options.author
     tracks: dict[str, Track] = {}
     for index, author in authors.items():
-        column = table.body.words[index]
+        column = table.words[index]
         actions: dict[str, int] = {}
         numbers = np.full(len(column.words), UNLABELLED, np.int64)
         for code, word in enumerate(column.words):
@@ -723,7 +729,7 @@ def preview_layout(
 ) -> tuple[ColumnUse, ...]:
     """What the columns of a table would be read as, from its first rows."""
     roles = roles or choose_roles(layout, options)
-    table = _Table(layout, roles, _sample_body(layout, roles))
+    table = _sample_table(layout, roles)
     uses = [table.use(index)[0] for index in range(len(layout.columns))]
     empty = [
         index

@@ -21,6 +21,7 @@ from forcelab.errors import InputError, UnclearRateError
 from forcelab.formats.recording import ReadOptions
 from forcelab.formats.samples import LABELS_OF, PROBABILITY_OF
 from forcelab.formats.table_sniff import (
+    DATA,
     MISSING,
     SECONDS_IN,
     CellType,
@@ -32,6 +33,7 @@ from forcelab.formats.table_sniff import (
     is_label_name,
     is_time_name,
     numbers,
+    spaced,
 )
 from forcelab.formats.timestamps import epoch_unit
 from forcelab.formats.track_text import plain_text
@@ -93,17 +95,12 @@ _MEASURED_NAME = re.compile(
 
 def is_counter_name(name: str) -> bool:
     """Whether a column's name says that it counts, such as ``packet_no`` or ``Paket``."""
-    return _COUNTER_NAME.fullmatch(_spaced(name)) is not None and not is_measured_name(name)
+    return _COUNTER_NAME.fullmatch(spaced(name)) is not None and not is_measured_name(name)
 
 
 def is_measured_name(name: str) -> bool:
     """Whether a column's name says that it measures something, such as ``encoder_count``."""
-    return _MEASURED_NAME.fullmatch(_spaced(name)) is not None
-
-
-def _spaced(name: str) -> str:
-    """A name with its words apart, where capitals part them."""
-    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name.strip())
+    return _MEASURED_NAME.fullmatch(spaced(name)) is not None
 
 
 def counter_ticks(values: NDArray[np.float64], named: bool) -> NDArray[np.float64] | None:
@@ -130,12 +127,13 @@ def counter_ticks(values: NDArray[np.float64], named: bool) -> NDArray[np.float6
         turns = falls & _is_near_end(counts[:-1], turn)
         restarts = falls & ~turns
         steps = np.where(turns, steps + turn, steps)
-    usual, number = _commonest(steps[~restarts])
+    different, numbers_of = np.unique(steps[~restarts], return_counts=True)
+    usual = float(different[numbers_of.argmax()])
     steps = np.where(restarts, usual, steps)
     if not named and (steps <= 0).any():
         return None  # what stands still now and then is moved by something else
     fewest = (_ALIKE_NAMED if named else _ALIKE) * steps.size
-    if usual <= 0 or number < fewest or (steps % usual != 0).any():
+    if usual <= 0 or numbers_of.max() < fewest or (steps % usual != 0).any():
         return None
     ticks = np.full(values.size, np.nan)
     ticks[present] = np.concatenate([[0.0], np.cumsum(steps / usual)])
@@ -187,12 +185,6 @@ def _may_restart(counts: NDArray[np.float64], turn: int, named: bool) -> NDArray
 def _is_near_end(counts: NDArray[np.float64], turn: int) -> NDArray[np.bool_]:
     """Whether counts are so near the end that the next one may be beyond it."""
     return counts >= max(turn - max(_NEAR, _NEAR_PART * turn), turn / 2)
-
-
-def _commonest(steps: NDArray[np.float64]) -> tuple[float, int]:
-    """The commonest of some steps, and how many of them there are."""
-    values, times = np.unique(steps, return_counts=True)
-    return float(values[times.argmax()]), int(times.max())
 
 
 #: Words, in lower case, by which coders and programs leave a sample unlabelled, besides those that
@@ -259,33 +251,22 @@ def choose_roles(layout: Layout, options: ReadOptions) -> ColumnRoles:
             raise error(index, "holds no numbers, so that it is no signal; name another one.")
     counter = None if options.counter is None else column_of(options.counter, "counts")
     taken = left_out | signals
+    label: int | None
     if options.label is None:
-        label = _find_label(layout, taken)
+        label, authors = _find_label(layout, taken), _find_authors(layout, taken)
     else:
-        label = column_of(options.label, "labels")
-    authors = {} if options.label is not None else _find_authors(layout, taken)
+        label, authors = column_of(options.label, "labels"), {}
     probabilities = frozenset(
         index
         for index, column in enumerate(layout.columns)
         if column.name.removeprefix(PROBABILITY_OF) in authors.values() and index not in taken
     )
-    taken_or_label = taken | {label} | authors.keys() | probabilities
-    pairs = {
-        seconds: rest
-        for seconds, rest in _find_pairs(layout).items()
-        if seconds not in taken_or_label and rest not in taken_or_label
-    }
-    named = [
-        index
-        for index in sorted({*_time_columns(layout), *pairs} - set(pairs.values()))
-        if index not in taken_or_label
-    ]
+    taken |= probabilities.union(authors, () if label is None else [label])
+    pairs = {s: ns for s, ns in _find_pairs(layout).items() if not {s, ns} & taken}
+    named = sorted({*_time_columns(layout), *pairs} - {*pairs.values(), *taken})
     if options.time is None:
-        time = _find_time(layout, named, pairs, taken_or_label, required=options.rate is None)
-    elif layout.kinds[time := column_of(options.time, "times")] in (
-        CellType.TEXT,
-        CellType.MISSING,
-    ):
+        time = _find_time(layout, named, pairs, taken, required=options.rate is None)
+    elif layout.kinds[time := column_of(options.time, "times")] not in DATA:
         raise _not_understood(layout, time)
     time = next((seconds for seconds, rest in pairs.items() if rest == time), time)
     if counter is not None:
@@ -295,16 +276,18 @@ def choose_roles(layout: Layout, options: ReadOptions) -> ColumnRoles:
         raise error(index, "is asked for as a signal and as something else; choose one of the two.")
     if time is not None and time == label:
         raise error(time, "cannot hold both times and labels; name another one for either.")
-    numeric = tuple(
-        index
-        for index, kind in enumerate(layout.kinds)
-        if kind is CellType.NUMBER and index not in (time, label) and index not in authors
-    )
-    other_times = tuple(
-        index for index in (*named, *pairs.values()) if index not in (time, counter, nanoseconds)
-    )
+    kinds, used = enumerate(layout.kinds), {time, label, *authors}
+    times = (*named, *pairs.values())
     return ColumnRoles(
-        *(time, label, numeric, other_times, counter, left_out, signals, authors, probabilities),
+        time=time,
+        label=label,
+        numeric=tuple(i for i, kind in kinds if kind is CellType.NUMBER and i not in used),
+        other_times=tuple(i for i in times if i not in (time, counter, nanoseconds)),
+        counter=counter,
+        left_out=left_out,
+        signals=signals,
+        authors=authors,
+        probabilities=probabilities,
         nanoseconds=nanoseconds,
     )
 
@@ -344,7 +327,7 @@ def _time_columns(layout: Layout) -> list[int]:
         if column.named
         and is_time_name(column.name)
         and (not column.unit or column.unit.lower() in SECONDS_IN)
-        and layout.kinds[index] in (CellType.NUMBER, CellType.STAMP)
+        and layout.kinds[index] in DATA
     ]
 
 
@@ -368,7 +351,7 @@ def _find_time(
     layout: Layout,
     named: Sequence[int],
     pairs: Collection[int],
-    taken: Collection[int | None],
+    taken: Collection[int],
     *,
     required: bool,
 ) -> int | None:
@@ -430,16 +413,13 @@ def counter_columns(
 ) -> dict[int, NDArray[np.float64]]:
     """The columns in which a device counts its samples, and what they count."""
     counters = {}
-    for index, column in enumerate(layout.columns):
-        requested = index == roles.counter
-        other = index in roles.signals or index in roles.left_out or column.unit
-        if index not in values or (other and not requested):
-            continue
-        if column.named and is_measured_name(column.name) and not requested:
+    for index, counts in values.items():
+        column, requested = layout.columns[index], index == roles.counter
+        measured = column.unit or (column.named and is_measured_name(column.name))
+        if not requested and (measured or index in roles.signals | roles.left_out):
             continue
         named = requested or (column.named and is_counter_name(column.name))
-        ticks = counter_ticks(values[index], named)
-        if ticks is not None:
+        if (ticks := counter_ticks(counts, named)) is not None:
             counters[index] = ticks
     counters |= _frame_columns(layout, roles, values)
     if not set(values) - set(counters) - {roles.label} - roles.left_out:

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import codecs
 import csv
-import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import Enum
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -56,6 +57,10 @@ class CellType(Enum):
     TEXT = "text"
 
 
+#: What rows of data hold, unlike those of headers.
+DATA = (CellType.NUMBER, CellType.STAMP)
+
+
 class NotANumberError(ValueError):
     """The cell at this index of a column holds neither a number nor a word for a missing sample."""
 
@@ -83,26 +88,24 @@ def numbers(cells: Sequence[str], decimal: str = ".") -> NDArray[np.float64]:
     # float() alone would also take "1_000", and a point where the decimal mark is a comma.
     foreign = "_" if decimal == "." else "_."
     joined = "".join(cells)
+    values = None
     if not any(mark in joined for mark in foreign):
         plain = cells if decimal == "." else [cell.replace(",", ".") for cell in cells]
-        try:
+        with suppress(ValueError):  # the careful way below tells missing samples from mistakes
             values = np.fromiter(map(float, plain), np.float64, len(plain))
-        except ValueError:
-            pass  # the careful way below tells missing samples from mistakes
-        else:
-            values[~np.isfinite(values)] = np.nan
-            return values
-    return np.array([_number(i, cell.strip(), decimal) for i, cell in enumerate(cells)], np.float64)
+    if values is None:
+        values = np.array([_number(i, cell.strip(), decimal) for i, cell in enumerate(cells)])
+    values[~np.isfinite(values)] = np.nan
+    return values
 
 
 def _number(index: int, cell: str, decimal: str) -> float:
     """One number, NaN for a missing sample."""
     kind = cell_type(cell, decimal)
     if kind is CellType.NUMBER:
-        value = float(cell.replace(",", "."))
-        return value if math.isfinite(value) else math.nan
+        return float(cell.replace(",", "."))
     if kind is CellType.MISSING:
-        return math.nan
+        return np.nan
     raise NotANumberError(index, cell)
 
 
@@ -198,10 +201,14 @@ def name_columns(
     return columns, tuple(remarks)
 
 
+def spaced(name: str) -> str:
+    """A name with its words apart, where capitals part them."""
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name.strip())
+
+
 def _words(name: str) -> list[str]:
     """The words of a name in lower case: ``sensorTime_ms`` is sensor, time, ms."""
-    spaced = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name)
-    return [word for word in re.split(r"[\W_]+", spaced.lower()) if word]
+    return [word for word in re.split(r"[\W_]+", spaced(name).lower()) if word]
 
 
 def is_time_name(name: str) -> bool:
@@ -262,13 +269,11 @@ def continues_name(values: NDArray[np.float64], column: Column) -> bool:
 def find_column(columns: Sequence[Column], text: str, role: str, where: str) -> int:
     """The index of a column by its name, whatever its case and unit, else by 1-based number."""
     names = [column.name for column in columns]
-    bare = _name_and_unit(text)[0]
-    for match in (text, bare):
-        if match in names:
-            return names.index(match)
     folded = [name.casefold() for name in names]
-    if bare.casefold() in folded:
-        return folded.index(bare.casefold())
+    bare = _name_and_unit(text)[0]
+    for known, name in ((names, text), (names, bare), (folded, bare.casefold())):
+        if name in known:
+            return known.index(name)
     if text.strip().isdecimal() and 1 <= int(text) <= len(columns):
         return int(text) - 1
     raise InputError(
@@ -308,25 +313,19 @@ class Dialect:
 
     def split(self, rows: Sequence[str]) -> list[list[str]]:
         """Split rows into cells; a ValueError if a quoted cell does not end on its line."""
-        return _split(rows, self.separator)
-
-
-def _split(rows: Sequence[str], separator: str | None) -> list[list[str]]:
-    """Split rows at a separator, quoted cells kept together."""
-    if separator is None:
-        if any('"' in row for row in rows):
-            return [
-                [re.sub(r'^"(.*)"$', r"\1", cell).replace('""', '"') for cell in _QUOTED.findall(r)]
-                for r in rows
-            ]
-        return [row.split() for row in rows]
-    try:
-        cells = list(csv.reader(rows, delimiter=separator, skipinitialspace=separator != "\t"))
-    except csv.Error as error:
-        raise ValueError(str(error)) from error
-    if len(cells) != len(rows):
-        raise ValueError("a quote is not closed")
-    return cells
+        mark = self.separator
+        if mark is None:
+            if not any('"' in row for row in rows):
+                return [row.split() for row in rows]
+            cells = ([re.sub(r'^"(.*)"$', r"\1", c) for c in _QUOTED.findall(row)] for row in rows)
+            return [[cell.replace('""', '"') for cell in row] for row in cells]
+        try:
+            table = list(csv.reader(rows, delimiter=mark, skipinitialspace=mark != "\t"))
+        except csv.Error as error:
+            raise ValueError(str(error)) from error
+        if len(table) != len(rows):
+            raise ValueError("a quote is not closed")
+        return table
 
 
 def encoding_of(path: Path) -> str:
@@ -342,29 +341,24 @@ def encoding_of(path: Path) -> str:
         encoding = _wide(head)
         if encoding:
             return encoding
+        encoding = "utf-8-sig" if head.startswith(codecs.BOM_UTF8) else "utf-8"
         decoder = codecs.getincrementaldecoder("utf-8")()
-        utf8, offset, block = True, 0, head
-        while block:
-            binary = _BINARY.search(block)
-            if binary:
+        offset, block = 0, head
+        while True:
+            if binary := _BINARY.search(block):
                 raise InputError(
                     f"{path} is not a text table: byte {offset + binary.start()} is "
                     f"0x{block[binary.start()]:02x}; export it as CSV."
                 )
             try:
-                if utf8:
-                    decoder.decode(block)
+                if encoding != "latin-1":
+                    decoder.decode(block, final=not block)
             except UnicodeDecodeError:
-                utf8 = False
+                encoding = "latin-1"
+            if not block:
+                return encoding
             offset += len(block)
             block = file.read(_BLOCK)
-        try:
-            decoder.decode(b"", final=True)
-        except UnicodeDecodeError:
-            utf8 = False
-    if not utf8:
-        return "latin-1"
-    return "utf-8-sig" if head.startswith(codecs.BOM_UTF8) else "utf-8"
 
 
 def _wide(head: bytes) -> str | None:
@@ -465,7 +459,7 @@ def detect(rows: Sequence[str], separators: Sequence[str | None] = _SEPARATORS) 
         if separator is None and best and best[1].separator == "\t":
             continue  # blanks between tabs are in names and labels
         try:
-            table = _split(rows, separator)
+            table = Dialect(separator, ".", 0).split(rows)
         except ValueError:
             continue
         # Where commas separate, only a quoted cell can hold a decimal comma.
@@ -490,7 +484,7 @@ def _explain(
         kinds = [cell_type(cell, decimal) for cell in row]
         if separator == "\t" and _numbers_between_blanks(row, kinds, decimal):
             return None
-        data_cells[len(row)] += sum(kind in (CellType.NUMBER, CellType.STAMP) for kind in kinds)
+        data_cells[len(row)] += sum(map(kinds.count, DATA))
         text_cells[len(row)] += kinds.count(CellType.TEXT) if 2 * place >= len(table) else 0
     if not data_cells:
         return None
@@ -565,12 +559,9 @@ def sniff_layout(path: Path) -> Layout:
 
 def _first_decimal_mark(path: Path, encoding: str, skip: int) -> str:
     """The first mark between two digits, for a table that starts with whole numbers only."""
-    for _, rows in lines(path, encoding, skip):
-        for row in rows:
-            mark = re.search(r"\d([.,])\d", row)
-            if mark:
-                return mark[1]
-    return "."
+    rows = chain.from_iterable(rows for _, rows in lines(path, encoding, skip))
+    marks = (re.search(r"\d([.,])\d", row) for row in rows)
+    return next((mark[1] for mark in marks if mark), ".")
 
 
 def find_layout(
@@ -676,29 +667,22 @@ def _positive(text: str) -> float | None:
 
 def column_kinds(rows: Sequence[Sequence[str]], dialect: Dialect) -> tuple[CellType, ...]:
     """What each column mostly holds."""
-    result = []
+    kinds = []
     for cells in zip(*rows, strict=True):
-        kinds = [cell_type(cell, dialect.decimal) for cell in cells]
-        present = [kind for kind in kinds if kind is not CellType.MISSING]
-        result.append(CellType.TEXT if present else CellType.MISSING)
-        for kind in (CellType.NUMBER, CellType.STAMP):
-            if present and present.count(kind) >= _MOSTLY * len(present):
-                result[-1] = kind
-    return tuple(result)
+        counts = Counter(cell_type(cell, dialect.decimal) for cell in cells)
+        present = len(cells) - counts[CellType.MISSING]
+        mostly = (kind for kind in DATA if counts[kind] >= _MOSTLY * present)
+        kinds.append(next(mostly, CellType.TEXT) if present else CellType.MISSING)
+    return tuple(kinds)
 
 
 def _is_data(row: Sequence[str], kinds: Sequence[CellType], dialect: Dialect) -> bool:
     """Whether a row holds more numbers than words where most rows hold numbers."""
     if len(row) != len(kinds):
         return False
-    cell_types = [
-        cell_type(cell, dialect.decimal)
-        for cell, kind in zip(row, kinds, strict=True)
-        if kind in (CellType.NUMBER, CellType.STAMP)
-    ]
-    return cell_types.count(CellType.TEXT) < sum(
-        kind in (CellType.NUMBER, CellType.STAMP) for kind in cell_types
-    )
+    pairs = zip(row, kinds, strict=True)
+    found = [cell_type(cell, dialect.decimal) for cell, kind in pairs if kind in DATA]
+    return found.count(CellType.TEXT) < sum(map(found.count, DATA))
 
 
 def _header(

@@ -28,11 +28,7 @@ _TOKEN = re.compile(
     r"|(?<!\S)!.*"
     r'|(?P<open>")'
 )
-_MARKS = {
-    codecs.BOM_UTF8: "utf-8-sig",
-    codecs.BOM_UTF16_LE: "utf-16",
-    codecs.BOM_UTF16_BE: "utf-16",
-}
+_WIDE_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
 def sniff_labels(_path: Path, head: bytes) -> bool:
@@ -56,10 +52,10 @@ def read_labels(path: Path, options: LabelOptions) -> list[LabelSet]:
         content.interval()
         number = content.count()
         if kind == "IntervalTier":
-            annotations = ((content.interval(), content.text()) for _ in range(number))
-            read = [Annotation(*times, text) for times, text in annotations if text.strip()]
-            tiers.append(Tier(name.strip(), tuple(read)))
-            if not read:
+            intervals = ((content.interval(), content.text()) for _ in range(number))
+            labelled = [Annotation(*times, text) for times, text in intervals if text.strip()]
+            tiers.append(Tier(name.strip(), tuple(labelled)))
+            if not labelled:
                 left_out.append(f"The tier '{name}' has no text and was left out.")
         elif kind == "TextTier":
             for _ in range(number):
@@ -86,11 +82,10 @@ class _Content:
             raise InputError(
                 f"'{path}' is a binary TextGrid; open it in Praat and save it as text."
             )
-        encoding = next((e for mark, e in _MARKS.items() if data.startswith(mark)), "utf-8")
         try:
-            self._text = data.decode(encoding)
+            self._text = data.decode("utf-16" if data.startswith(_WIDE_MARKS) else "utf-8-sig")
         except UnicodeDecodeError as error:
-            if encoding != "utf-8" or b"\0" in data[:400]:
+            if data.startswith((*_WIDE_MARKS, codecs.BOM_UTF8)) or b"\0" in data[:400]:
                 raise InputError(
                     f"'{path}' is no text from byte {error.start} on; open it in Praat and save it "
                     "as text."

@@ -50,29 +50,27 @@ def tracks_of_tiers(
         If annotations overlap that would be of one track.
     """
     tiers = [tier for tier in tiers if tier.annotations]
+    as_authors = options.tiers == "authors"
     remarks: list[str] = []
-    empty = sum(a.start == a.end for tier in tiers for a in tier.annotations)
-    if empty:
+    if empty := sum(a.start == a.end for tier in tiers for a in tier.annotations):
         remarks.append(f"{left_out(empty, 'annotation without any duration')}.")
+    blank = [f"'{t.name}'" for t in tiers if not any(a.text.strip() for a in t.annotations)]
+    if blank and as_authors:
+        what = left_out(len(blank), "tier without any text")
+        remarks.append(f"{what}: {listed(blank)}; if they are actions, say so (--tiers actions).")
     rows: dict[str, list[tuple[Segment, str]]] = defaultdict(list)
     annotators = Counter(tier.annotator for tier in tiers if tier.annotator)
     texts = 0
-    texts_of = {f"'{tier.name}'": any(a.text.strip() for a in tier.annotations) for tier in tiers}
-    blank = [name for name, text in texts_of.items() if not text]
-    if blank and options.tiers == "authors":
-        what = left_out(len(blank), "tier without any text")
-        remarks.append(f"{what}: {listed(blank)}; if they are actions, say so (--tiers actions).")
     for tier in tiers:
         author = tier.annotator or options.author
-        if options.tiers == "authors" and annotators[tier.annotator] != 1:
+        if as_authors and annotators[tier.annotator] != 1:
             author = options.author if tier.name in {"", UNNAMED} else tier.name
         for annotation in tier.annotations:
             text = annotation.text.strip()
-            action = text if options.tiers == "authors" else tier.name
-            if annotation.start == annotation.end or not action:
-                continue
-            texts += options.tiers == "actions" and text not in {"", tier.name}
-            rows[author].append((Segment(annotation.start, annotation.end, action), tier.name))
+            action = text if as_authors else tier.name
+            if annotation.start < annotation.end and action:
+                texts += not as_authors and text not in {"", tier.name}
+                rows[author].append((Segment(annotation.start, annotation.end, action), tier.name))
     if texts:
         remarks.append(f"{left_out(texts, 'text')}, as the tiers are the actions.")
     for author, segments in rows.items():

@@ -49,7 +49,7 @@ from forcelab.formats.table_sniff import (
     cell_type,
     numbers,
 )
-from forcelab.text import counted
+from forcelab.text import counted, were
 
 #: Seconds from 1970 to the start of 2100; and a round number of them in September 2001.
 YEAR_2100, YEAR_2001 = 4_102_444_800.0, 1e9
@@ -76,8 +76,7 @@ class RawTimestamps:
 
     def seconds(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Seconds on the file's clock of some of the values."""
-        result: NDArray[np.float64] = (self.base + values) / self.per_second
-        return result
+        return (self.base + values) / self.per_second
 
 
 def epoch_unit(value: float) -> str:
@@ -99,12 +98,11 @@ class TimestampReader:
         self._base = 0
         self._written = kinds.count(CellType.STAMP) > len(present) / 2
         self._dated = self._halved = False
-        if self._written:
-            match = STAMP.fullmatch(present[kinds.index(CellType.STAMP)])
+        if self._written and (match := STAMP.fullmatch(present[kinds.index(CellType.STAMP)])):
+            self._dated = bool(match["year"] or match["last_year"])
+            self._halved = bool(match["half"])
             with suppress(ValueError):  # a day that is none is named with its line when it is read
-                self._base = ((match and self._day(match)) or 0) * _DAY
-            self._dated = match is not None and bool(match["year"] or match["last_year"])
-            self._halved = match is not None and bool(match["half"])
+                self._base = (self._day(match) or 0) * _DAY
         else:
             pairs = zip(present, kinds, strict=True)
             readable = [cell for cell, kind in pairs if kind is CellType.NUMBER] or ["0"]
@@ -194,8 +192,7 @@ class TimestampReader:
         """A number minus the base, exactly."""
         match = _PLAIN.fullmatch(cell)
         if match and match[2] in (None, self._decimal):
-            integer = int(match[1]) - self._base
-            return integer + float(f"0.{match[3]}") if match[3] else float(integer)
+            return int(match[1]) - self._base + float(f"0.{match[3] or 0}")
         try:
             return float(numbers([cell], self._decimal)[0]) - self._base
         except NotANumberError as error:
@@ -226,8 +223,7 @@ class TimestampReader:
         if zone and zone[0] in "+-":
             minutes = int(zone[1:3]) * 60 + int(zone[3:].lstrip(":") or 0)
             seconds += (-60 if zone[0] == "+" else 60) * minutes
-        fraction = match["fraction"]
-        return seconds + float(f"0.{fraction}") if fraction else float(seconds)
+        return seconds + float(f"0.{match['fraction'] or 0}")
 
     def _day(self, match: re.Match[str]) -> int | None:
         """Days from 1970 to a stamp's date; None where it has none."""
@@ -293,9 +289,7 @@ class _Rows:
         number = int(bad.sum())
         if not number:
             return
-        text = sentence.format(
-            rows=counted(number, self.row), were="was" if number == 1 else "were"
-        )
+        text = sentence.format(rows=counted(number, self.row), were=were(number))
         self.report(text, int(np.argmax(bad)))
         self.kept[self.kept] = ~bad
         self.values = self.values[~bad]
@@ -406,10 +400,9 @@ def _treat_repeats(rows: _Rows, jitter: float, bursts: bool) -> None:
             f"{{rows}} {verb} the stamp before; the first {rows.row} of each stamp was kept",
         )
         return
-    number = int(lengths.size)
     rows.report(
-        f"the stamps come in {number:,} bursts of about {usual} {rows.row}s with one stamp; the "
-        f"{rows.row}s of a burst were spread evenly up to the next stamp",
+        f"the stamps come in {lengths.size:,} bursts of about {usual} {rows.row}s with one "
+        f"stamp; the {rows.row}s of a burst were spread evenly up to the next stamp",
         int(np.argmax(repeats)),
     )
     rows.values = _spread(rows.values[firsts], lengths, usual)
@@ -426,13 +419,16 @@ def _spread(
     short = lengths < (1 - _BURST_SLACK) * usual - 1
     steps = np.where(short, span / usual, spans / lengths)
     steps = np.where(spans > GAP_PERIODS * span, span / np.maximum(lengths, usual), steps)
-    places = np.arange(int(lengths.sum())) - np.repeat(np.cumsum(lengths) - lengths, lengths)
-    values = np.repeat(stamps, lengths) + places * np.repeat(steps, lengths)
+    values = np.repeat(stamps, lengths) + _places(lengths) * np.repeat(steps, lengths)
     if short[0]:
         first = int(lengths[0])
         values[:first] = stamps[1] - (first - np.arange(first)) * (span / usual)
-    result: NDArray[np.float64] = values
-    return result
+    return values
+
+
+def _places(lengths: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The place of each row in its run, of runs of these lengths that follow each other."""
+    return np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
 
 
 def _sort_backward(rows: _Rows, per_second: float, jitter: float) -> None:
@@ -440,13 +436,15 @@ def _sort_backward(rows: _Rows, per_second: float, jitter: float) -> None:
     back = np.diff(rows.values) <= 0
     if not back.any():
         return
-    levels, lengths = _nondecreasing(rows.values)
+    from scipy.optimize import isotonic_regression  # takes long to load
+
+    pooled = isotonic_regression(rows.values)
+    levels, lengths = pooled.x[pooled.blocks[:-1]], np.diff(pooled.blocks)
     midpoints = (levels[:-1] + levels[1:]) / 2
     outer = float(np.median(np.diff(levels))) / 2 if levels.size > 1 else 0.0
     lows = np.concatenate([[levels[0] - outer], midpoints])
     highs = np.concatenate([midpoints, [levels[-1] + outer]])
-    places = np.arange(rows.values.size) - np.repeat(np.cumsum(lengths) - lengths, lengths)
-    shares = (places + 0.5) / np.repeat(lengths, lengths)
+    shares = (_places(lengths) + 0.5) / np.repeat(lengths, lengths)
     spread = np.repeat(lows, lengths) + shares * np.repeat(highs - lows, lengths)
     alone = np.repeat(lengths == 1, lengths)
     values = np.where(alone, rows.values, spread)
@@ -458,32 +456,14 @@ def _sort_backward(rows: _Rows, per_second: float, jitter: float) -> None:
             f"{moved[worst]:.3g} s, more than the jitter of {jitter:g} s; allow more, or split the "
             "file where a new recording starts."
         )
-    number = int((~alone).sum())
+    back_by = -float(np.diff(rows.values).min()) / per_second
     rows.report(
-        f"{counted(number, rows.row)} with stamps that repeat or run backwards, by up to "
-        f"{-float(np.diff(rows.values).min()) / per_second:.3g} s, were spread evenly between "
-        f"their neighbours, which moved none by more than {moved[worst]:.3g} s",
+        f"{counted(int((~alone).sum()), rows.row)} with stamps that repeat or run backwards, by "
+        f"up to {back_by:.3g} s, were spread evenly between their neighbours, which moved none by "
+        f"more than {moved[worst]:.3g} s",
         int(np.argmax(back)) + 1,
     )
     rows.values = values
-
-
-def _nondecreasing(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """The increasing levels nearest to some values, and how many values share each.
-
-    Least squares, by pooling adjacent violators.
-    """
-    means: list[float] = []
-    counts: list[int] = []
-    for value in values.tolist():
-        mean, count = value, 1
-        while means and means[-1] >= mean:
-            total = count + counts[-1]
-            mean += (means.pop() - mean) * counts.pop() / total
-            count = total
-        means.append(mean)
-        counts.append(count)
-    return np.array(means), np.array(counts, np.int64)
 
 
 def _drop_backward(rows: _Rows) -> None:

@@ -34,25 +34,25 @@ def plain_times(track: Track, within: float = SLIVER) -> list[tuple[Segment, tup
     return list(zip(track.segments, times, strict=True))
 
 
-def on_samples(tracks: Iterable[Track], times: NDArray[np.float64]) -> tuple[Track, ...]:
-    """Put edges that were rounded to the microsecond nearest to a sample onto its exact stamp.
-
-    A track that would lose a segment by it stays as it was.
-    """
-    return tuple(_on_samples(track, times) for track in tracks)
-
-
 def _plain(time: float, within: float) -> float:
     """The microsecond on which a time lies, or the time."""
     rounded = _microseconds(time)
     return rounded if abs(rounded - time) <= within else float(time)
 
 
-def _on_samples(track: Track, times: NDArray[np.float64]) -> Track:
-    edges = edges_of(track)
-    samples = nearest(edges, times)
-    moved = np.where(abs(samples - edges) <= ROUNDING, samples, edges)
-    return with_edges(track, moved) if (moved[:, 0] < moved[:, 1]).all() else track
+def on_samples(tracks: Iterable[Track], times: NDArray[np.float64]) -> tuple[Track, ...]:
+    """Put edges that were rounded to the microsecond nearest to a sample onto its exact stamp.
+
+    A track that would lose a segment by it stays as it was.
+    """
+    result = []
+    for track in tracks:
+        edges = edges_of(track)
+        samples = nearest(edges, times)
+        moved = np.where(abs(samples - edges) <= ROUNDING, samples, edges)
+        whole = (moved[:, 0] < moved[:, 1]).all()
+        result.append(with_edges(track, moved) if whole else track)
+    return tuple(result)
 
 
 def edges_of(track: Track) -> NDArray[np.float64]:

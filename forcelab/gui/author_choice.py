@@ -87,14 +87,19 @@ class UnsignedCoder(QComboBox):
 
     def __init__(self, document: Document, unsigned: str) -> None:
         super().__init__()
-        self._document = document
+        self._document, self._unsigned = document, unsigned
         self.setEditable(True)
         self.setAccessibleName("Coder for unsigned labels")
         self.addItems(list(dict.fromkeys((unsigned, *self._coders(), document.author))))
 
+    @property
+    def name(self) -> str:
+        """What is written, by default `unsigned`."""
+        return self.currentText().strip() or self._unsigned
+
     def settle(self) -> str:
         """The tidied name; if it nearly is that of a coder here, the coder is asked which it is."""
-        return settle_name(self, self.currentText(), self._coders())
+        return settle_name(self, self.name, self._coders())
 
     def _coders(self) -> tuple[str, ...]:
         project = self._document.project

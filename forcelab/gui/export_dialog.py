@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QComboBox,
-    QDialog,
-    QDialogButtonBox,
-    QFormLayout,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QCheckBox, QComboBox, QDialog, QFormLayout, QVBoxLayout, QWidget
 
 from forcelab.formats.export import FORMATS, exporting
 from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.file_dialogs import ask_folder
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.layout import ProgressBar, copyable, fill_layout, set_enabled_with_reason
+from forcelab.gui.layout import (
+    ProgressBar,
+    add_buttons,
+    copyable,
+    fill_layout,
+    set_enabled_with_reason,
+)
 from forcelab.gui.text import name_fields
 from forcelab.gui.widgets import ElidedComboBox
 from forcelab.review.run_result import latest_predictions
@@ -54,26 +53,20 @@ class ExportDialog(QDialog):
             all_ = f"The whole project ({len(document.infos)})"
             self.which.addItem(all_, tuple(info.id for info in document.infos))
         self.author = self._author_choice()
-        self.form = _format_choice()
-        self.form.currentIndexChanged.connect(self._match)
+        self.format = _format_choice()
+        self.format.currentIndexChanged.connect(self._match)
         self.replacing = QCheckBox("Overwrite existing files")
         self._bar = ProgressBar("Progress of the export")
         self._report_label = copyable()
-        for choice in (self.which, self.author, self.form):  # what was said is of another export
+        for choice in (self.which, self.author, self.format):  # what was said is of another export
             choice.currentIndexChanged.connect(self._report_label.clear)
-        self._bare = ""  # how many of those chosen have nothing to write
         form = QFormLayout()
         form.addRow("Labels of", self.which)
         form.addRow("Labels by", self.author)
-        form.addRow("Format", self.form)
+        form.addRow("Format", self.format)
         form.addRow("", self.replacing)
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close, self)
-        self.go = buttons.addButton("Export to folder…", QDialogButtonBox.ButtonRole.ActionRole)
-        self.go.clicked.connect(self._choose)
-        buttons.rejected.connect(self.reject)
-        fill_layout(QVBoxLayout(self), form, self._bar, self._report_label, 1, buttons)
-        # Only now: a button that is in no dialog yet cannot be its default.
-        self.go.setDefault(True)
+        fill_layout(QVBoxLayout(self), form, self._bar, self._report_label, 1)
+        self.go, _ = add_buttons(self, "Export to folder…", self._choose)
         self._match()
 
     def _author_choice(self) -> ElidedComboBox:
@@ -97,25 +90,25 @@ class ExportDialog(QDialog):
         set_enabled_with_reason(self.go, "Wait until this is written.")
         self._bar.setVisible(True)
         self._report_label.clear()
-        settings.store(FORMAT_KEY, self.form.currentData())
-        chosen = () if self.form.currentData() == "archive" else self.which.currentData() or ()
+        settings.store(FORMAT_KEY, self.format.currentData())
+        chosen = () if self._archives else self.which.currentData() or ()
         authors = self.author.currentData() if chosen else None
         infos = [info for info in self._document.infos if info.id in chosen]
         bare = sum(not {*info.authors} & {*(authors or info.authors)} for info in infos)
         what = f"{counted(bare, 'demonstration')} {'has' if bare == 1 else 'have'} no labels"
         by = "" if authors is None else f" by {authors[0]}"
-        self._bare = f".\n{what}{by} yet." if bare else ""
+        written = partial(self._written, f".\n{what}{by} yet." if bare else "")
         job = exporting(
             project.path,
             folder,
-            self.form.currentData(),
+            self.format.currentData(),
             self.which.currentData(),
             self._document.author,
             self.replacing.isChecked(),
             authors,
             predictions=latest_predictions,
         )
-        self._jobs.run(job, self._written, self._failed, self._bar.show_progress, key="export")
+        self._jobs.run(job, written, self._failed, self._bar.show_progress, key="export")
 
     def reject(self) -> None:
         """Cancel a running export, and close."""
@@ -127,20 +120,24 @@ class ExportDialog(QDialog):
 
         What a run predicts is written with all authors, by formats that hold it.
         """
-        predictions = FORMATS[self.form.currentData()].predictions
+        predictions = FORMATS[self.format.currentData()].predictions
         for index, name in enumerate(self._author_names):
             addition = " (no predictions)" if index else " and predictions"
             self.author.setItemText(index, f"{name}{addition if predictions else ''}")
-        archive = self.form.currentData() == "archive"
         for choice in (self.which, self.author):
-            set_enabled_with_reason(choice, "An archive holds all labels." if archive else "")
+            why = "An archive holds all labels." if self._archives else ""
+            set_enabled_with_reason(choice, why)
         why = "The dataset is replaced as a whole." if self._into_dataset else ""
         set_enabled_with_reason(self.replacing, why)
         self.go.setText("Write into dataset…" if self._into_dataset else "Export to folder…")
 
     @property
+    def _archives(self) -> bool:
+        return bool(self.format.currentData() == "archive")
+
+    @property
     def _into_dataset(self) -> bool:
-        return FORMATS[self.form.currentData()].per == "dataset"
+        return FORMATS[self.format.currentData()].per == "dataset"
 
     def _choose(self) -> None:
         what = "Dataset to write into" if self._into_dataset else "Folder to write into"
@@ -148,9 +145,10 @@ class ExportDialog(QDialog):
         if chosen is not None:
             self.export(chosen)
 
-    def _written(self, files: tuple[Path, ...]) -> None:
+    def _written(self, bare: str, files: tuple[Path, ...]) -> None:
+        """Report the files, and how many of those chosen have nothing to write."""
         more = f" and {len(files) - 1} more" if len(files) > 1 else ""
-        self._report(f"Written: {files[0]}{more}{self._bare}")
+        self._report(f"Written: {files[0]}{more}{bare}")
 
     def _failed(self, error: Exception) -> None:
         # What is chosen in a shell with an option is chosen above.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations_with_replacement, pairwise
 
@@ -94,19 +94,12 @@ class _Section:
 
 
 class HelpPage(QDialog):
-    """All keys and gestures, searchable; `offered` are the ids of the commands, by default all."""
+    """All keys and gestures, searchable."""
 
-    def __init__(
-        self,
-        document: Document,
-        keys: Keys,
-        parent: QWidget | None = None,
-        offered: Collection[str] | None = None,
-    ) -> None:
+    def __init__(self, document: Document, keys: Keys, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle("Keyboard shortcuts")
         self._document, self._keys = document, keys
-        self._offered = [c for c in COMMANDS if offered is None or c.id in offered]
         self._search = search_field("Search", "Search keys and gestures")
         self._search.setTextMargins(4, 2, 4, 2)
         self._search.textChanged.connect(self._fill)
@@ -166,7 +159,7 @@ class HelpPage(QDialog):
         for group in GROUPS:
             rows = tuple(
                 (tuple(map(key_name, self._keys[command.id])), command.text.rstrip("…"))
-                for command in self._offered
+                for command in COMMANDS
                 if command.group == group and self._keys[command.id]
             )
             sections += [_Section(group, rows, caps=True)] if rows else []

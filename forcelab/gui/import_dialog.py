@@ -20,7 +20,6 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
     QDialog,
-    QDialogButtonBox,
     QDoubleSpinBox,
     QFormLayout,
     QHBoxLayout,
@@ -28,6 +27,7 @@ from PySide6.QtWidgets import (
     QLabel,
     QLineEdit,
     QListWidget,
+    QListWidgetItem,
     QScrollArea,
     QTableWidget,
     QTableWidgetItem,
@@ -40,7 +40,7 @@ from forcelab.formats import identify, preview
 from forcelab.formats.importing import ImportReport, importing, is_video, pair_videos
 from forcelab.formats.lerobot_dataset import stated_episodes
 from forcelab.formats.recording import ANY_USE, ColumnUse, ReadOptions, Use, parse_episodes
-from forcelab.formats.signatures import is_lerobot_folder, lerobot_folder
+from forcelab.formats.signatures import Format, is_lerobot_folder, lerobot_folder
 from forcelab.formats.table import rate_in
 from forcelab.formats.table_sniff import is_time_name
 from forcelab.gui import settings
@@ -60,6 +60,7 @@ from forcelab.gui.jobs import Jobs
 from forcelab.gui.key_events import ignore_wheel
 from forcelab.gui.layout import (
     ProgressBar,
+    add_buttons,
     copyable,
     fill_layout,
     push_button,
@@ -69,6 +70,7 @@ from forcelab.gui.layout import (
 )
 from forcelab.gui.text import name_fields, settle_name
 from forcelab.gui.theme import colours
+from forcelab.gui.widgets import show_text
 from forcelab.jobs import Progress
 from forcelab.signals.channels import find_force_axes
 from forcelab.text import counted, listed, tidy_name
@@ -89,8 +91,10 @@ CELL_PADDING = 3
 MOST_SHOWN = 1000
 #: How many signals are named at most that are no axes of a force sensor.
 OTHERS_NAMED = 4
-
-
+#: What one column at most is read as; a counter stands in for times.
+_EXCLUSIVE: Final = ("times", "counter"), ("labels",)
+#: How many kinds of files are remembered with what was chosen for them.
+_REMEMBERED = 100
 #: The key of the job that previews a file, and the milliseconds after which that is said.
 PREVIEW_JOB = "import columns"
 _PREVIEW_MS = 300
@@ -100,10 +104,10 @@ _TABLES = "table", "excel", "parquet"
 
 @dataclass(frozen=True, slots=True)
 class _ColumnPreview:
-    """What a file's columns are read as, without choices and with them; or why they are not."""
+    """What a file's columns are found to be, and read as with choices; or why they are not."""
 
     path: Path | None = None
-    untouched: tuple[ColumnUse, ...] = ()
+    found: tuple[ColumnUse, ...] = ()
     uses: tuple[ColumnUse, ...] = ()
     trouble: str = ""
     rate: float | None = None  #: samples a second that a table's head tells
@@ -118,20 +122,20 @@ def _previewing(
     What is found without choices need not be looked for again where it is `known`.
     """
     yield
-    result = known
+    result = known or _ColumnPreview(path)
     try:
-        if result is None:
+        if known is None:
             format_ = identify(path).name
             rate = rate_in(path) if format_ == "table" else None
             found = preview(path, ReadOptions())
-            result = _ColumnPreview(path, found, found, rate=rate, table=format_ in _TABLES)
-        if chosen is None or not result.untouched:
-            return replace(result, uses=result.untouched, trouble="")
-        yield
-        return replace(result, uses=preview(path, chosen), trouble="")
+            result = _ColumnPreview(path, found, rate=rate, table=format_ in _TABLES)
+        uses = result.found
+        if chosen is not None and uses:
+            yield
+            uses = preview(path, chosen)
+        return replace(result, uses=uses, trouble="")
     except (InputError, OSError) as error:
-        result = result or _ColumnPreview(path)
-        return replace(result, uses=result.untouched, trouble=str(error))
+        return replace(result, uses=result.found, trouble=str(error))
 
 
 class ImportColumns(QWidget):
@@ -151,7 +155,7 @@ class ImportColumns(QWidget):
         super().__init__()
         self._jobs = jobs
         self._path: Path | None = None
-        self._wishes: dict[str, Use] = {}
+        self._chosen: dict[str, Use] = {}
         self._units: dict[str, str] = {}
         self._preview = _ColumnPreview()
         self._rate = 0.0
@@ -165,11 +169,8 @@ class ImportColumns(QWidget):
         self.table.setAccessibleName("Columns of the table")
         self.table.setHorizontalHeaderLabels(["Column", "First cells", "Read as", "Size", "Unit"])
         header = self.table.horizontalHeader()
-        header.setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
-        header.setSectionResizeMode(2, QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(3, QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(4, QHeaderView.ResizeMode.ResizeToContents)
         header.moveSection(3, 1)
         header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         header.setHighlightSections(False)
@@ -187,46 +188,38 @@ class ImportColumns(QWidget):
         """Show the columns of the first file that has any."""
         if self._path in files:
             return
-        self._path = next((file for file in files if _has_columns(file)), None)
-        self._wishes.clear()
+        self._path = next((file for file in files if _format_of(file).columns), None)
+        self._chosen.clear()
         self._units.clear()
         self._first, self._proposed = True, False
         self._fill()
 
     def show_file(self, path: Path) -> None:
         """Show the columns of another file, if it has any; choices hold for all files."""
-        if path != self._path and _has_columns(path):
+        if path != self._path and _format_of(path).columns:
             self._path = path
             self._fill()
 
     def options(self, options: ReadOptions) -> ReadOptions:
         """Add the choices; what was not chosen is found in each file."""
-        chosen = {use: name for name, use in self._wishes.items()}
-        several: dict[Use, tuple[str, ...]] = {
-            use: tuple(name for name, wish in self._wishes.items() if wish == use)
-            for use in ("signal", "left out")
-        }
+        names = {use: name for name, use in self._chosen.items()}
         return replace(
             options,
-            time=chosen.get("times"),
-            counter=chosen.get("counter"),
-            label=chosen.get("labels"),
-            leave_out=several["left out"],
-            signals=several["signal"],
+            time=names.get("times"),
+            counter=names.get("counter"),
+            label=names.get("labels"),
+            leave_out=tuple(name for name, use in self._chosen.items() if use == "left out"),
+            signals=tuple(name for name, use in self._chosen.items() if use == "signal"),
             units=tuple(self._chosen_units.items()),
         )
 
-    def wish(self, name: str, use: Use) -> None:
+    def choose(self, name: str, use: Use) -> None:
         """Read a column as something else."""
-        uses = {column.name: column.use for column in self._preview.untouched}
-        if use in ("times", "counter", "labels"):  # there is one of each
-            self._wishes = {n: u for n, u in self._wishes.items() if u != use}
-        if use in ("times", "counter"):  # one stands in for the other
-            other: Use = "counter" if use == "times" else "times"
-            self._wishes = {n: u for n, u in self._wishes.items() if u != other}
-        self._wishes.pop(name, None)
-        if uses.get(name) != use:
-            self._wishes[name] = use
+        replaced = next((uses for uses in _EXCLUSIVE if use in uses), ())
+        self._chosen = {n: u for n, u in self._chosen.items() if n != name and u not in replaced}
+        found = {column.name: column.use for column in self._preview.found}
+        if found.get(name) != use:
+            self._chosen[name] = use
         self._fill()
 
     @property
@@ -250,15 +243,15 @@ class ImportColumns(QWidget):
     @property
     def uses(self) -> tuple[ColumnUse, ...]:
         """What each column is read as; while the file cannot be read so, what was chosen."""
-        uses, wishes = self._preview.uses, self._wishes
-        if not self._preview.trouble or not wishes:
+        uses, chosen = self._preview.uses, self._chosen
+        if not self._preview.trouble or not chosen:
             return uses
         # There is one of each of these: what was found gives way to what was chosen.
-        taken = set(wishes.values()) & {"times", "counter", "labels"}
-        found: dict[str, Use] = {
-            column.name: "left out" if column.use in taken else column.use for column in uses
-        }
-        return tuple(replace(c, use=wishes.get(c.name, found[c.name])) for c in uses)
+        taken = set(chosen.values()) & {"times", "counter", "labels"}
+        return tuple(
+            replace(c, use=chosen.get(c.name, "left out" if c.use in taken else c.use))
+            for c in uses
+        )
 
     @property
     def previewing(self) -> bool:
@@ -271,8 +264,8 @@ class ImportColumns(QWidget):
             self._jobs.cancel(PREVIEW_JOB)
             self._show(_ColumnPreview())
             return
-        chosen = self.options(ReadOptions()) if self._wishes else None
-        same = self._preview.path == self._path and self._preview.untouched
+        chosen = self.options(ReadOptions()) if self._chosen else None
+        same = self._preview.path == self._path and self._preview.found
         known = self._preview if same else None
         self._waiting.start()
         self._jobs.run(_previewing(self._path, chosen, known), self._show, key=PREVIEW_JOB)
@@ -286,13 +279,14 @@ class ImportColumns(QWidget):
     def _show(self, shown: _ColumnPreview) -> None:
         self._waiting.stop()
         self._preview = shown
-        if self._first and (choice := _remembered(self._build)) is not None:
-            self._first, self._proposed = False, True
-            self._wishes, self._units = choice.wishes, choice.units
-            self._fill()
-            self.rate_proposed.emit(choice.rate)
-            return
+        choices = _remembered_choices() if self._first else []
         self._first = False
+        for choice in choices:
+            if choice.schema == self._schema:
+                self._proposed, self._chosen, self._units = True, choice.uses, choice.units
+                self._fill()
+                self.rate_proposed.emit(choice.rate)
+                return
         self.setVisible(bool(shown.uses))
         self._fill_table()
         self._show_status()
@@ -302,7 +296,8 @@ class ImportColumns(QWidget):
         """Make a row for each column, and one above those of a group of arrays."""
         arrays = any(column.size for column in self.uses)
         self.table.setColumnHidden(3, not arrays)
-        unit_missing = [column.name for column in self.uses if self._lacks_unit(column)]
+        signals = (column for column in self.uses if column.use == "signal")
+        unit_missing = [c.name for c in signals if self._preview.table and not c.unit]
         self.table.setColumnHidden(4, not unit_missing)
         self.table.setHorizontalHeaderItem(0, QTableWidgetItem("Array" if arrays else "Column"))
         groups: dict[str, list[ColumnUse]] = {"": []}
@@ -323,9 +318,9 @@ class ImportColumns(QWidget):
                 name = f"{name} [{column.unit}]" if column.unit else name
                 texts = ("      " * bool(group) + name, "   ".join(column.cells), "", column.size)
                 self._fill_row(row, texts)
-                self.table.setCellWidget(row, 2, _pad_columns(self._choice(column)))
+                self.table.setCellWidget(row, 2, _padded(self._choice(column)))
                 if column.name in unit_missing:
-                    self.table.setCellWidget(row, 4, _pad_columns(self._unit_line(column.name)))
+                    self.table.setCellWidget(row, 4, _padded(self._unit_line(column.name)))
                 else:
                     self.table.removeCellWidget(row, 4)
                 row += 1
@@ -340,18 +335,16 @@ class ImportColumns(QWidget):
             self.table.setItem(row, place, item)
 
     @property
-    def _build(self) -> str:
+    def _schema(self) -> str:
         """What files have in common whose columns have the same names and numbers of axes."""
-        columns = sorted(
-            (column.name, column.size.count("×")) for column in self._preview.untouched
-        )
+        columns = sorted((column.name, column.size.count("×")) for column in self._preview.found)
         return hashlib.sha256(json.dumps(columns).encode()).hexdigest()[:16] if columns else ""
 
-    def choice(self) -> str:
-        """What is chosen for files of this build, to be remembered once they are imported."""
+    def choice(self) -> FileChoice:
+        """What is chosen for files of this schema, to be remembered once they are imported."""
         timed = any(column.use == "times" for column in self.uses)
-        chosen = [self._build, self._wishes, 0.0 if timed else self._rate]
-        return json.dumps([*chosen, self._chosen_units] if self._chosen_units else chosen)
+        rate = 0.0 if timed else self._rate
+        return FileChoice(self._schema, dict(self._chosen), rate, self._chosen_units)
 
     def _show_status(self) -> None:
         """Say which file is shown, and what is missing."""
@@ -359,9 +352,7 @@ class ImportColumns(QWidget):
         self.heading.setText(trouble or self._file_sentence())
         wrong = trouble or not self._timed or not self._has_signals
         self.heading.setStyleSheet(f"color: {colours().warning}" if wrong else "")
-        others = self._others_sentence()
-        self.others.setText(others)
-        self.others.setVisible(bool(others))
+        show_text(self.others, self._others_sentence())
 
     def _others_sentence(self) -> str:
         """Which signals are beside the axes of force sensors; "" without such axes."""
@@ -400,7 +391,7 @@ class ImportColumns(QWidget):
         kinds = [column.use for column in self.uses]
         if not self._has_signals:
             return f"It is not plain which are the signals in {name}; choose them:"
-        if self._timed and self._proposed and (self._wishes or self._units):
+        if self._timed and self._proposed and (self._chosen or self._units):
             return f"Columns of {name}, read as was chosen for such a file before:"
         if self._timed:
             return f"Columns of {name}, and what each is read as:"
@@ -415,16 +406,11 @@ class ImportColumns(QWidget):
 
     def _stuck(self) -> str:
         """The time column that the importer leaves out as it never changes; "" without one."""
-        if any(column.use == "times" for column in self._preview.untouched):
+        found = self._preview.found
+        if any(column.use == "times" for column in found):
             return ""
-        for column in self._preview.untouched:
-            if column.use == "left out" and is_time_name(column.name) and any(column.cells):
-                return column.name
-        return ""
-
-    def _lacks_unit(self, column: ColumnUse) -> bool:
-        """Whether a column becomes a channel of its name whose unit the file does not state."""
-        return self._preview.table and column.use == "signal" and not column.unit
+        stuck = (c for c in found if c.use == "left out" and is_time_name(c.name) and any(c.cells))
+        return next((column.name for column in stuck), "")
 
     def _unit_line(self, name: str) -> QLineEdit:
         line = QLineEdit(self._units.get(name, ""), placeholderText="none", maxLength=20)
@@ -439,15 +425,15 @@ class ImportColumns(QWidget):
         box = QComboBox()
         ignore_wheel(box)  # it scrolls the table
         box.setAccessibleName(f"{column.name} is read as")
-        found = [other.use for other in self._preview.untouched if other.name == column.name]
+        found = [other.use for other in self._preview.found if other.name == column.name]
         for use in dict.fromkeys((*found, column.use, *column.choices)):
             box.addItem("sample counter" if use == "counter" else use, use)
         box.setCurrentIndex(box.findData(column.use))
-        box.activated.connect(lambda index: self.wish(column.name, box.itemData(index)))
+        box.activated.connect(lambda index: self.choose(column.name, box.itemData(index)))
         return box
 
 
-def _pad_columns(choice: QWidget) -> QWidget:
+def _padded(choice: QWidget) -> QWidget:
     """A choice that does not touch those above and below it."""
     cell = QWidget()
     margins = 0, CELL_PADDING, 2 * CELL_PADDING, CELL_PADDING
@@ -455,42 +441,32 @@ def _pad_columns(choice: QWidget) -> QWidget:
     return cell
 
 
-#: How many builds of files are remembered.
-_REMEMBERED = 100
+class FileChoice(NamedTuple):
+    """What was chosen for files of a schema."""
 
-
-class _FileChoice(NamedTuple):
-    """What was chosen for files of a build."""
-
-    build: str
-    wishes: dict[str, Use]
+    schema: str
+    uses: dict[str, Use]
     rate: float
     units: dict[str, str]
 
 
-def _choices() -> list[_FileChoice]:
-    """What was chosen for files of each build, the latest first."""
+def _remembered_choices() -> list[FileChoice]:
+    """What was chosen for files of each schema, the latest first."""
     choices = []
     for text in settings.strings("import/choices"):
         with suppress(ValueError, TypeError, AttributeError):
-            build, wishes, rate, *units = json.loads(text)
-            known = {str(n): use for n, use in wishes.items() if use in ANY_USE}
+            schema, uses, rate, *units = json.loads(text)
+            known = {str(n): use for n, use in uses.items() if use in ANY_USE}
             named = {str(n): str(unit) for n, unit in (units[0] if units else {}).items()}
-            choices.append(_FileChoice(str(build), known, min(max(float(rate), 0.0), 1e6), named))
+            choices.append(FileChoice(str(schema), known, min(max(float(rate), 0.0), 1e6), named))
     return choices
 
 
-def _remembered(build: str) -> _FileChoice | None:
-    """What was chosen for files of a build; None where nothing was."""
-    return next((choice for choice in _choices() if choice.build == build), None)
-
-
-def _remember(choice: str) -> None:
-    """Remember what was chosen for files of a build; what is found by itself is no choice."""
-    build, *chosen = json.loads(choice)
-    others = [json.dumps(other) for other in _choices() if other.build != build]
-    latest = [choice] if build and any(chosen) else []
-    settings.store("import/choices", [*latest, *others][:_REMEMBERED])
+def _remember(choice: FileChoice) -> None:
+    """Remember what was chosen for files of a schema; what is found by itself is no choice."""
+    others = [other for other in _remembered_choices() if other.schema != choice.schema]
+    latest = [choice] if choice.schema and any(choice[1:]) else []
+    settings.store("import/choices", [*map(json.dumps, [*latest, *others][:_REMEMBERED])])
 
 
 def _group(column: ColumnUse) -> str:
@@ -499,35 +475,19 @@ def _group(column: ColumnUse) -> str:
     return column.name[: max(bare.rfind("/"), bare.rfind(".")) + 1] if column.size else ""
 
 
-def _has_columns(path: Path) -> bool:
-    """Whether a file has columns, or what is like them."""
+def _format_of(path: Path) -> Format:
+    """A file's format, which is none of the known ones where it cannot be told."""
     try:
-        return identify(path).columns
+        return identify(path)
     except (InputError, OSError):
-        return False  # what is wrong is told when the file is read
+        return Format("", "", "")  # what is wrong is told when the file is read
 
 
-def _is_archive(path: Path) -> bool:
-    """Whether a file is a project's archive, which names the task of each recording."""
-    try:
-        return identify(path).name == "archive"
-    except (InputError, OSError):
-        return False  # what is wrong is told when the file is read
-
-
-def _loose_videos(files: Sequence[str]) -> list[str]:
+def _loose_videos(files: Sequence[Path]) -> list[Path]:
     """The videos among recordings that belong to none of them by name."""
-    unpaired, _ = pair_videos([Path(file) for file in files])
-    loose = [str(path) for path in unpaired if is_video(path)]
+    unpaired, _ = pair_videos(files)
+    loose = [*filter(is_video, unpaired)]
     return loose if len(loose) < len(unpaired) else []
-
-
-def _video_lines(files: Sequence[str]) -> list[str]:
-    """What to do with the videos that belong to no recording."""
-    return [
-        f"{Path(file).name} is a video: attach it by Demonstration > Attach video…"
-        for file in _loose_videos(files)
-    ]
 
 
 def _optional_line(name: str, placeholder: str) -> QLineEdit:
@@ -557,9 +517,6 @@ def _count_line(report: ImportReport) -> str:
     if new and not any(others):
         return f"{counted(new, 'demonstration')} imported."
     return "{} new, {} updated, {} unchanged.".format(new, *others)
-
-
-_GOES_ON = "Wait until this is imported."
 
 
 class ImportDialog(FileDrop, QDialog):
@@ -593,8 +550,8 @@ class ImportDialog(FileDrop, QDialog):
         self.setAcceptDrops(True)
         self.columns = ImportColumns(jobs)
         self.columns.previewed.connect(self._import_when_previewed)
-        self._waits = False
-        self._files.currentTextChanged.connect(self._look_at)
+        self._import_asked = False
+        self._files.currentTextChanged.connect(self._show_columns)
         self._bar = ProgressBar("Progress of the import")
         self._stop = push_button("Cancel", self._cancel, "Cancel the import")
         self._show_running(False)
@@ -602,10 +559,8 @@ class ImportDialog(FileDrop, QDialog):
         column = fill_layout(
             QVBoxLayout(self), self._heading(), (self._files, 1), (self.columns, 3), self._form()
         )
-        fill_layout(column, self._taskless, running, (self._result(), 3), self._button_row())
-        # Only now: a button that is in no dialog yet cannot be its default.
-        self._go.setDefault(True)
-        self._warn()
+        fill_layout(column, self._taskless, running, (self._result(), 3))
+        self._go, self._close = add_buttons(self, "Import", self._import)
         self._propose_project(files)
         self.add_files(files)
         # Enter asks for files, and imports once they are there.
@@ -692,10 +647,11 @@ class ImportDialog(FileDrop, QDialog):
             return
         if not files:
             return
-        recordings = Path(files[0]).absolute().parent
+        recordings = files[0].absolute().parent
         folder = recordings if os.access(recordings, os.W_OK) else settings.documents_folder()
-        archive = len(files) == 1 and _is_archive(Path(files[0]))
-        name = Path(files[0]).stem if archive else recordings.name
+        # An archive names a project.
+        archive = len(files) == 1 and _format_of(files[0]).name == "archive"
+        name = files[0].stem if archive else recordings.name
         self.project_name.setText(vacant_path(folder, name or "study").name)
         self.project_name.setCursorPosition(0)  # its beginning tells it from others
         self.project_folder.setText(str(folder))
@@ -722,21 +678,13 @@ class ImportDialog(FileDrop, QDialog):
         self._report.setVisible(False)
         return self._report
 
-    def _button_row(self) -> QDialogButtonBox:
-        self._buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close, self)
-        self._go = self._buttons.addButton("Import", QDialogButtonBox.ButtonRole.ActionRole)
-        self._go.clicked.connect(self._import)
-        self._buttons.rejected.connect(self.reject)
-        return self._buttons
-
     def add_files(self, files: Sequence[Path]) -> None:
-        listed = set(self._chosen())
-        files = [
-            f if not is_lerobot_folder(lerobot_folder(f)) else lerobot_folder(f) for f in files
-        ]
-        self._files.addItems([str(path) for path in files if str(path) not in listed])
-        for row in range(len(listed), self._files.count()):
-            self._files.item(row).setToolTip(self._files.item(row).text())
+        listed = self._listed()
+        for path in files:
+            folder = lerobot_folder(path)
+            name = str(folder if is_lerobot_folder(folder) else path)
+            if Path(name) not in listed:
+                QListWidgetItem(name, self._files).setToolTip(name)
         self._changed()
 
     def reject(self) -> None:
@@ -769,24 +717,27 @@ class ImportDialog(FileDrop, QDialog):
             self._files.takeItem(self._files.row(item))
         self._changed()
 
-    def _look_at(self, name: str) -> None:
+    def _show_columns(self, name: str) -> None:
         """Show the columns of the selected file."""
         if name:
             self.columns.show_file(Path(name))
 
-    def _chosen(self) -> list[str]:
+    def _listed(self) -> list[Path]:
         """The files in the list."""
-        return [self._files.item(row).text() for row in range(self._files.count())]
+        return [Path(self._files.item(row).text()) for row in range(self._files.count())]
 
     def _changed(self) -> None:
         """Follow a change of the list of files."""
-        files = self._chosen()
+        files = self._listed()
         reason = "" if files else "Add files first."
-        set_enabled_with_reason(self._go, reason if self._bar.isHidden() else _GOES_ON)
+        set_enabled_with_reason(
+            self._go, reason if self._bar.isHidden() else "Wait until this is imported."
+        )
         self._show_report()  # it was of files that were in the list before
-        datasets = [Path(name) for name in files if is_lerobot_folder(Path(name))]
-        others = (Path(name) for name in files if Path(name) not in datasets)
-        self._tasks_named = bool(files) and all(_is_archive(path) for path in others)
+        datasets = [*filter(is_lerobot_folder, files)]
+        self._tasks_named = bool(files) and all(
+            path in datasets or _format_of(path).name == "archive" for path in files
+        )
         self._layout.setRowVisible(self.episodes, bool(datasets))
         count = stated_episodes(datasets[0]) if len(datasets) == 1 else ""
         self.episodes.setPlaceholderText(" ".join(f"all {count}".split()) + ", or such as 0-9, 12")
@@ -795,16 +746,16 @@ class ImportDialog(FileDrop, QDialog):
             source = "dataset" if datasets else "archive"
             task.setPlaceholderText(f"as the {source} says" if self._tasks_named else "")
         self._warn()
-        self.columns.show_first([Path(name) for name in files])
+        self.columns.show_first(files)
 
     def _import_when_previewed(self) -> None:
-        if self._waits:
+        if self._import_asked:
             self._import()
 
     def _import(self) -> None:
         """Import in the background, once it is known what the columns are read as."""
-        self._waits = self.columns.previewing
-        if self._waits:
+        self._import_asked = self.columns.previewing
+        if self._import_asked:
             return
         path, project = self._project_path(), self._document.project
         tasks = () if project is None else project.demonstrations.tasks()
@@ -817,15 +768,15 @@ class ImportDialog(FileDrop, QDialog):
         options = ReadOptions(
             episodes=episodes,
             task=settle_name(self, self._task.currentText(), tasks) or None,
-            author=self._author.settle() or ReadOptions().author,
+            author=self._author.settle(),
             rate=self._rate.value() or None,
             jitter=self.jitter.value() / 1000,
             calibration=Path(calibration) if calibration else None,
             videos=self.videos.isChecked(),
         )
-        options, files = self.columns.options(options), self._chosen()
-        loose = set(_loose_videos(files))
-        set_enabled_with_reason(self._go, _GOES_ON)
+        options, files = self.columns.options(options), self._listed()
+        loose = _loose_videos(files)
+        set_enabled_with_reason(self._go, "Wait until this is imported.")
         self._show_running(True)
         self._show_report()
         self._cancelled = Event()
@@ -853,7 +804,7 @@ class ImportDialog(FileDrop, QDialog):
         self._cancelled.set()
 
     def _imported(
-        self, path: Path, files: Sequence[str], choice: str, report: ImportReport | None
+        self, path: Path, files: Sequence[Path], choice: FileChoice, report: ImportReport | None
     ) -> None:
         """Report the import; files that failed or were added meanwhile stay in the list."""
         if report is not None:
@@ -867,8 +818,8 @@ class ImportDialog(FileDrop, QDialog):
             self._go.setFocus()
             return
         self._propose_project(())
-        unread = set(map(str, report.unread))
-        remaining = [Path(name) for name in self._chosen() if name not in files or name in unread]
+        unread = report.unread
+        remaining = [path for path in self._listed() if path not in files or path in unread]
         self._files.clear()
         if not remaining:
             self._task.setCurrentText("")  # the next files may show something else
@@ -876,17 +827,19 @@ class ImportDialog(FileDrop, QDialog):
         failures: list[str] = []
         if unread:
             failures.append("Left out because they could not be read:")
-            failures += report.unread.values()
+            failures += unread.values()
             failures.append("Press Delete to remove the selected files from the list.")
-        remarks = *_video_lines(files), *report.remark_lines()
-        self._show_report([_count_line(report)], failures, remarks)
+        videos = [
+            f"{video.name} is a video: attach it by Demonstration > Attach video…"
+            for video in _loose_videos(files)
+        ]
+        self._show_report([_count_line(report)], failures, [*videos, *report.remark_lines()])
         if unread:
             self._select(unread)
             return
-        close = self._buttons.button(QDialogButtonBox.StandardButton.Close)
-        (self._go if remaining else close).setFocus()
+        (self._go if remaining else self._close).setFocus()
 
-    def _show_demonstrations(self, path: Path, choice: str, report: ImportReport) -> None:
+    def _show_demonstrations(self, path: Path, choice: FileChoice, report: ImportReport) -> None:
         """Show in the window what was imported into a project, which is opened if none is."""
         if report.demonstrations:
             _remember(choice)
@@ -906,14 +859,12 @@ class ImportDialog(FileDrop, QDialog):
             return
         self._show_running(False)
         set_enabled_with_reason(self._go, "")
-        unread = set(map(str, error.files)) if isinstance(error, InputError) else set()
-        self._select(unread)
+        self._select(error.files if isinstance(error, InputError) else ())
         self._show_report(failures=[str(error)])
 
-    def _select(self, names: Collection[str]) -> None:
+    def _select(self, files: Collection[Path]) -> None:
         """Select files in the list, so that Delete removes them."""
-        items = [self._files.item(row) for row in range(self._files.count())]
-        failed = [item for item in items if item.text() in names]
+        failed = [self._files.item(row) for row, p in enumerate(self._listed()) if p in files]
         if failed:
             self._files.clearSelection()
             for item in failed:
@@ -930,6 +881,5 @@ class ImportDialog(FileDrop, QDialog):
         """Show all of the report: what was repaired must be known."""
         parts = (lines, failures, remarks)
         for label, part in zip(self._report_labels, parts, strict=True):
-            label.setText(name_fields("\n".join(part), _FIELDS))
-            label.setVisible(bool(part))
+            show_text(label, name_fields("\n".join(part), _FIELDS))
         self._report.setVisible(any(parts))

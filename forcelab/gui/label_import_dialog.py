@@ -12,7 +12,6 @@ from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import (
     QCheckBox,
     QDialog,
-    QDialogButtonBox,
     QFormLayout,
     QHBoxLayout,
     QLabel,
@@ -21,12 +20,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from forcelab.formats.label_files import (
-    ImportedTrack,
-    LabelOptions,
-    LabelReport,
-    importing_labels,
-)
+from forcelab.formats.label_files import ImportedTrack, LabelOptions, LabelReport, importing_labels
 from forcelab.gui.author_choice import UnsignedCoder
 from forcelab.gui.document import Document
 from forcelab.gui.file_dialogs import FileDrop, ask_files, let_remove
@@ -34,6 +28,7 @@ from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import (
     ProgressBar,
+    add_buttons,
     copyable,
     fill_layout,
     push_button,
@@ -80,7 +75,6 @@ class LabelImportDialog(FileDrop, QDialog):
         self.setAcceptDrops(True)
         self._document, self._jobs = document, jobs
         self._files: list[Path] = []
-        self._report, self._done = LabelReport(), 0
         self._model = TextModel(self)
         self.table = TextTable(self._model)
         self.table.setAccessibleName("Labels in the files")
@@ -94,14 +88,9 @@ class LabelImportDialog(FileDrop, QDialog):
         self._sentences = QScrollArea(widgetResizable=True)
         self._sentences.setWidget(self._text)
         self._sentences.setFixedHeight(LINES * self.fontMetrics().lineSpacing() + 8)
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close, self)
-        self.go = buttons.addButton("Import", QDialogButtonBox.ButtonRole.ActionRole)
-        self.go.clicked.connect(self._import)
-        buttons.rejected.connect(self.reject)
         column = fill_layout(QVBoxLayout(self), self._heading(), (self.table, 1), self._form())
-        fill_layout(column, self._bar, self._sentences, buttons)
-        # Only now: a button that is in no dialog yet cannot be its default.
-        self.go.setDefault(True)
+        fill_layout(column, self._bar, self._sentences)
+        self.go, _ = add_buttons(self, "Import", self._import)
         self._show(LabelReport(), _PLANNED)
 
     def _heading(self) -> QHBoxLayout:
@@ -176,7 +165,7 @@ class LabelImportDialog(FileDrop, QDialog):
         if not self._bar.isHidden():
             return
         if self._files:
-            self._run(self.author.currentText(), writing=False)
+            self._run(self.author.name, writing=False)
         else:
             self._jobs.cancel("label import")
             self._show(LabelReport(), _PLANNED)
@@ -192,11 +181,7 @@ class LabelImportDialog(FileDrop, QDialog):
             self.go, "Wait until this is imported." if writing else "Wait until the files are read."
         )
         self._bar.setVisible(writing)
-        options = LabelOptions(
-            author.strip() or LabelOptions().author,
-            self.tiers.currentData(),
-            self.offset.value(),
-        )
+        options = LabelOptions(author, self.tiers.currentData(), self.offset.value())
         job = importing_labels(
             project.path,
             self._files,
@@ -206,11 +191,9 @@ class LabelImportDialog(FileDrop, QDialog):
             viewer=self._document.author,
             writing=writing,
         )
-        done = partial(self._imported, tuple(self._files)) if writing else self._show_preview
+        preview = partial(self._show, words=_PLANNED)
+        done = partial(self._imported, tuple(self._files)) if writing else preview
         self._jobs.run(job, done, self._failed, self._bar.show_progress, key="label import")
-
-    def _show_preview(self, report: LabelReport) -> None:
-        self._show(report, _PLANNED)
 
     def _imported(self, files: Sequence[Path], report: LabelReport) -> None:
         """Show what was imported; files that were left out or added meanwhile stay in the list."""

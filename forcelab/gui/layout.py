@@ -439,6 +439,21 @@ def dialog_buttons(
     return buttons, use
 
 
+def add_buttons(
+    dialog: QDialog, text: str, press: Callable[..., object]
+) -> tuple[QPushButton, QPushButton]:
+    """Add the button that does what a dialog is for, its default, and Close below all else."""
+    buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close, dialog)
+    go = buttons.addButton(text, QDialogButtonBox.ButtonRole.ActionRole)
+    go.clicked.connect(press)
+    buttons.rejected.connect(dialog.reject)
+    layout = dialog.layout()
+    assert layout is not None
+    layout.addWidget(buttons)
+    go.setDefault(True)  # only now: a button that is in no dialog yet cannot be its default
+    return go, buttons.button(QDialogButtonBox.StandardButton.Close)
+
+
 def run_dialog(dialog: QDialog) -> bool:
     """Show a dialog until it is closed; gives whether it was accepted."""
     accepted = bool(dialog.exec())

@@ -34,8 +34,6 @@ def fill_menus(
     """
     menus: dict[str, QMenu] = {}
     for command in COMMANDS:
-        if command.id not in commands:
-            continue
         if command.group not in menus:
             menu = menus[command.group] = window.menuBar().addMenu("&" + command.group)
             # Only while it is open: to the key of a disabled action nothing is answered at all.

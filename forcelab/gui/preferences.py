@@ -14,19 +14,6 @@ from PySide6.QtCore import QObject, Signal
 from forcelab.gui import settings
 from forcelab.setting_field import SettingField
 
-__all__ = [
-    "CODER",
-    "HOLD_TIME",
-    "REACTION_TIME",
-    "SAMPLE_FOLDER",
-    "SNAPPING",
-    "TEXT_SIZE",
-    "THEME",
-    "Preference",
-    "choice",
-    "paths",
-]
-
 ValueT = TypeVar("ValueT")
 
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -33,7 +32,7 @@ from PySide6.QtWidgets import (
 from forcelab.errors import InputError
 from forcelab.gui import settings
 from forcelab.gui.author_choice import AuthorChoice
-from forcelab.gui.commands import COMMANDS
+from forcelab.gui.commands import COMMANDS, Command
 from forcelab.gui.document import Document
 from forcelab.gui.layout import (
     PageOrPlaceholder,
@@ -71,6 +70,7 @@ from forcelab.gui.review.training_preferences import (
 from forcelab.gui.setting_editors import Editor, editor_for
 from forcelab.gui.shortcuts import Keys, key_name
 from forcelab.gui.text import contains_words, escape_ampersands
+from forcelab.gui.widgets import show_text
 from forcelab.recognition.plugins import Kind
 from forcelab.text import task_text
 
@@ -157,8 +157,7 @@ class OwnCodeRow(PreferenceRow):
 
     def _check(self) -> None:
         name_own_code()
-        self.trouble.setText(own_code_trouble(self._kind))
-        self.trouble.setVisible(bool(self.trouble.text()))
+        show_text(self.trouble, own_code_trouble(self._kind))
 
 
 class TaskSettingsRow(Row):
@@ -225,28 +224,16 @@ class FormPage(QWidget):
 
 
 _ROW = Qt.ItemDataRole.UserRole
-
-
-@dataclass(frozen=True, slots=True)
-class _KeyOwner:
-    """What has the keys of a row: a command, by its id, or an action, by its name."""
-
-    name: str
-    is_action: bool
+#: What a row has the keys of: a command, or an action of the task by its name.
+_KeyOwner = Command | str
 
 
 class KeysPage(QWidget):
-    """All keys in one table; each change counts at once.
+    """All keys in one table; each change counts at once."""
 
-    `offered` are the ids of the commands, by default all.
-    """
-
-    def __init__(
-        self, document: Document, keys: Keys, offered: Collection[str] | None = None
-    ) -> None:
+    def __init__(self, document: Document, keys: Keys) -> None:
         super().__init__()
         self._document, self._keys = document, keys
-        self._offered = [c for c in COMMANDS if offered is None or c.id in offered]
         self._query = ""
         self._groups: list[tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = []
         self._table = self._make_table()
@@ -330,23 +317,20 @@ class KeysPage(QWidget):
         """List the task's actions and all commands."""
         chosen = self._current()
         self._table.clear()
-        rows: dict[str, list[tuple[str, _KeyOwner]]] = {}
-        if len(self._document.vocabulary):
-            rows["Actions of this task"] = [
-                (name, _KeyOwner(name, is_action=True)) for name in self._document.vocabulary.names
-            ]
-        for command in self._offered:
-            members = rows.setdefault(command.group, [])
-            members.append((command.text.rstrip("…"), _KeyOwner(command.id, is_action=False)))
-        self._groups = [self._group(heading, members) for heading, members in rows.items()]
+        groups: dict[str, list[_KeyOwner]] = {}
+        if names := self._document.vocabulary.names:
+            groups["Actions of this task"] = [*names]
+        for command in COMMANDS:
+            groups.setdefault(command.group, []).append(command)
+        self._groups = [self._add_group(heading, rows) for heading, rows in groups.items()]
         current = [item for item in self._items() if item.data(0, _ROW) == chosen]
         self._table.setCurrentItem((current or self._items())[0])
         self._table.expandAll()
         self._show_keys()
         self.show_matching(self._query)
 
-    def _group(
-        self, heading: str, members: Sequence[tuple[str, _KeyOwner]]
+    def _add_group(
+        self, heading: str, rows: Sequence[_KeyOwner]
     ) -> tuple[QTreeWidgetItem, list[QTreeWidgetItem]]:
         """Add a heading and its rows."""
         top = QTreeWidgetItem(self._table, [heading])
@@ -357,7 +341,8 @@ class KeysPage(QWidget):
         room = QSize(0, round(self.fontMetrics().lineSpacing() * 1.5))
         top.setSizeHint(0, room)
         items = []
-        for text, row in members:
+        for row in rows:
+            text = row if isinstance(row, str) else row.text.rstrip("…")
             item = QTreeWidgetItem(top, [text])
             item.setData(0, _ROW, row)
             item.setSizeHint(0, room)
@@ -375,11 +360,14 @@ class KeysPage(QWidget):
         return row if isinstance(row, _KeyOwner) else None
 
     def _keys_of(self, row: _KeyOwner) -> tuple[str, ...]:
-        if row.is_action:
-            vocabulary = self._document.vocabulary
-            key = vocabulary[row.name].key if row.name in vocabulary else ""
-            return (key,) if key else ()
-        return self._keys[row.name]
+        if isinstance(row, Command):
+            return self._keys[row.id]
+        vocabulary = self._document.vocabulary
+        key = vocabulary[row].key if row in vocabulary else ""
+        return (key,) if key else ()
+
+    def _changed_by_coder(self, row: _KeyOwner | None) -> bool:
+        return isinstance(row, Command) and self._keys.changed_by_coder(row.id)
 
     def _show_keys(self) -> None:
         """Show all keys; those that differ from the default in bold."""
@@ -387,7 +375,7 @@ class KeysPage(QWidget):
             row = item.data(0, _ROW)
             item.setText(1, ", ".join(key_name(key) for key in self._keys_of(row)))
             font = item.font(1)
-            font.setBold(not row.is_action and self._keys.changed_by_coder(row.name))
+            font.setBold(self._changed_by_coder(row))
             item.setFont(1, font)
         self._show_current()
 
@@ -402,10 +390,10 @@ class KeysPage(QWidget):
         for edit, remove, key in zip(self._edits, self._removers, bound, strict=True):
             edit.setKeySequence(QKeySequence(key, QKeySequence.SequenceFormat.PortableText))
             set_enabled_with_reason(remove, "" if key else "There is no key to be removed.")
-        command = row is None or not row.is_action  # an action has one key, and no default
+        command = not isinstance(row, str)  # an action has one key, and no default
         self._form.setRowVisible(1, command)
         self._reset.setVisible(command)
-        changed = row is not None and command and self._keys.changed_by_coder(row.name)
+        changed = self._changed_by_coder(row)
         set_enabled_with_reason(self._reset, "" if changed else "These are the default keys.")
 
     def _take(self, place: int) -> None:
@@ -413,7 +401,7 @@ class KeysPage(QWidget):
         row = self._current()
         key = self._edits[place].keySequence().toString(QKeySequence.SequenceFormat.PortableText)
         bound = [] if row is None else list(self._keys_of(row))
-        if row is not None and row.is_action:
+        if isinstance(row, str):
             key = key.lower()
         if row is None or not key or key in bound:
             self._show_current()  # nothing came of a press, as of Ctrl alone
@@ -430,29 +418,23 @@ class KeysPage(QWidget):
             self._set(row, bound)
 
     def _set(self, row: _KeyOwner, bound: Sequence[str]) -> None:
-        """Give a row other keys, or say why not."""
-        try:
-            if row.is_action:
-                vocabulary, key = self._document.vocabulary, bound[0] if bound else ""
-                self._document.set_vocabulary(vocabulary.rebound(row.name, key))
-            else:
-                self._keys.set_keys(row.name, bound, self._document.vocabulary)
-        except InputError as error:
-            self._refuse(error)
-
-    def _refuse(self, error: InputError) -> None:
-        """Say why a key is refused, and show the keys that count."""
-        self._show_current()
-        self._trouble.setText(str(error))
+        document, key = self._document, bound[0] if bound else ""
+        if isinstance(row, str):
+            self._attempt(lambda: document.set_vocabulary(document.vocabulary.rebound(row, key)))
+        else:
+            self._attempt(lambda: self._keys.set_keys(row.id, bound, document.vocabulary))
 
     def _reset_current(self) -> None:
-        row = self._current()
-        if row is None or row.is_action:
-            return
+        if isinstance(row := self._current(), Command):
+            self._attempt(lambda: self._keys.reset(row.id))
+
+    def _attempt(self, change: Callable[[], object]) -> None:
+        """Change keys, or say why they are refused and show those that count."""
         try:
-            self._keys.reset(row.name)
+            change()
         except InputError as error:
-            self._refuse(error)
+            self._show_current()
+            self._trouble.setText(str(error))
 
 
 class RecentProjectsEditor(QWidget):
@@ -504,9 +486,7 @@ class PreferencesDialog(QDialog):
         opening: ProjectActions,
         keys: Keys,
         parent: QWidget | None = None,
-        offered: Collection[str] | None = None,
     ) -> None:
-        """`offered` are the ids of the commands whose keys can be changed, by default all."""
         super().__init__(parent)
         self.setWindowTitle("Preferences")
         self._document, self._trainer = document, trainer
@@ -514,7 +494,7 @@ class PreferencesDialog(QDialog):
             "Coder": FormPage([self._coder_row()]),
             "Appearance": FormPage([PreferenceRow(THEME), PreferenceRow(TEXT_SIZE)]),
             "Labelling": FormPage([PreferenceRow(p) for p in (SNAPPING, REACTION_TIME, HOLD_TIME)]),
-            "Keys": KeysPage(document, keys, offered),
+            "Keys": KeysPage(document, keys),
             "Training": FormPage(self._training_rows()),
             "Files": FormPage(
                 [
@@ -586,15 +566,13 @@ class PreferencesDialog(QDialog):
         ]
 
     def _make_buttons(self) -> QDialogButtonBox:
-        buttons, roles = QDialogButtonBox(), QDialogButtonBox.ButtonRole
-        self._reset = buttons.addButton("Reset this page", roles.ResetRole)
-        self._reset.clicked.connect(self._reset_page)
-        close = buttons.addButton("Close", roles.RejectRole)
-        close.clicked.connect(self.accept)
         # None is the default: Enter leads from the search to a setting, or from a row to its keys.
-        for button in (self._reset, close):
-            button.setAccessibleName(button.text())
-            button.setAutoDefault(False)
+        name = "Reset this page"
+        self._reset = push_button(name, self._reset_page, name, auto_default=False)
+        close = push_button("Close", self.accept, "Close", auto_default=False)
+        buttons, roles = QDialogButtonBox(), QDialogButtonBox.ButtonRole
+        buttons.addButton(self._reset, roles.ResetRole)
+        buttons.addButton(close, roles.RejectRole)
         return buttons
 
     # What happens

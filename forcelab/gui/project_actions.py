@@ -12,12 +12,7 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 from forcelab.errors import ForcelabError
 from forcelab.gui import settings
 from forcelab.gui.document import Document
-from forcelab.gui.file_dialogs import (
-    ask_files,
-    last_folder,
-    vacant_path,
-    with_suffix,
-)
+from forcelab.gui.file_dialogs import ask_files, last_folder, vacant_path, with_suffix
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import run_dialog
 from forcelab.gui.preferences import SAMPLE_FOLDER
@@ -209,8 +204,7 @@ class ProjectActions(QObject):
 def _not_found(path: Path) -> str:
     return (
         f"The project '{path.name}' is no longer in '{path.parent}': it was moved, renamed "
-        "or deleted, or its disk "
-        "is not connected."
+        "or deleted, or its disk is not connected."
     )
 
 

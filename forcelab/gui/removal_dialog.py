@@ -17,36 +17,35 @@ from forcelab.text import amount
 
 #: How many things are named one by one.
 NAMED = 3
-_FIRST = "Agree to what goes as well first."
-#: How many letters of a note are shown.
+_CONSENT_MISSING = "Agree to what goes as well first."
+#: How many letters of a note's first line are shown: the other sentences need room.
 LETTERS = 300
 
 
 class Removal(QDialog):
-    """Says what is lost; consent to `others` has to be ticked first, unless it is ``""``."""
+    """Says what is lost; a `consent` has to be ticked first, unless it is ``""``."""
 
-    def __init__(self, title: str, text: str, others: str, parent: QWidget | None = None) -> None:
+    def __init__(self, title: str, text: str, consent: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle(title)
         self.text = QLabel(text)
         self.text.setTextFormat(Qt.TextFormat.PlainText)  # names are anybody's
         self.text.setWordWrap(True)
         self.text.setMinimumWidth(360)
-        self.others = QCheckBox(
-            escape_ampersands(others), self
-        )  # alone it would be a window for a moment
-        self.others.setVisible(bool(others))
+        # Without a parent it would be a window for a moment.
+        self.consent = QCheckBox(escape_ampersands(consent), self)
+        self.consent.setVisible(bool(consent))
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel, self)
         self.remove = buttons.addButton("Remove", QDialogButtonBox.ButtonRole.DestructiveRole)
         self.remove.setAutoDefault(False)
-        set_enabled_with_reason(self.remove, _FIRST if others else "")
+        set_enabled_with_reason(self.remove, _CONSENT_MISSING if consent else "")
         self.remove.clicked.connect(self.accept)
-        self.others.toggled.connect(
-            lambda on: set_enabled_with_reason(self.remove, "" if on else _FIRST)
+        self.consent.toggled.connect(
+            lambda on: set_enabled_with_reason(self.remove, "" if on else _CONSENT_MISSING)
         )
         buttons.rejected.connect(self.reject)
         buttons.button(QDialogButtonBox.StandardButton.Cancel).setDefault(True)
-        fill_layout(QVBoxLayout(self), self.text, self.others, buttons, spacing=10)
+        fill_layout(QVBoxLayout(self), self.text, self.consent, buttons, spacing=10)
 
 
 def confirm_removal(
@@ -57,18 +56,16 @@ def confirm_removal(
     Notes written while the dialog was open were not agreed to: then it asks again.
     """
     changed = False
-    while True:
-        if not run_dialog(removal_of(rows, author, parent, changed=changed)):
-            return False
+    while run_dialog(removal_of(rows, author, parent, changed=changed)):
         notes = project.coding.notes(author)
         now = [
             replace(row, notes=tuple(n for n in notes if n.demonstration == row.info.id))
             for row in rows
         ]
-        changed = [row.notes for row in now] != [row.notes for row in rows]
-        if not changed:
+        if [row.notes for row in now] == [row.notes for row in rows]:
             return True
-        rows = now
+        rows, changed = now, True
+    return False
 
 
 def removal_of(
@@ -79,13 +76,12 @@ def removal_of(
     changed: bool = False,
 ) -> Removal:
     """The dialog for demonstrations; `changed` if notes were written since it was open before."""
-    title, text = "Remove from the project", _author_counts(rows, author)
-    if changed:
-        text = "Notes have changed meanwhile.\n\n" + text
-    return Removal(title, text, _others(rows), parent)
+    text = "Notes have changed meanwhile.\n\n" if changed else ""
+    text += _question(rows, author)
+    return Removal("Remove from the project", text, _consent(rows), parent)
 
 
-def _author_counts(rows: Sequence[DemonstrationRow], author: str) -> str:
+def _question(rows: Sequence[DemonstrationRow], author: str) -> str:
     """What is lost and what stays."""
     if len(rows) == 1:
         name, losses = rows[0].info.name, ", ".join(_losses(rows[0], author))
@@ -119,14 +115,11 @@ def _losses(row: DemonstrationRow, author: str) -> list[str]:
     losses += [f"the labels of {name} ({percent(share)} %)" for name, share in row.others]
     if row.assignments:
         losses.append("assignments")
-    losses += [f"the note of {note.author}: “{_beginning(note.text)}”" for note in row.notes]
+    for note in row.notes:
+        beginning = note.text.partition("\n")[0][:LETTERS].rstrip()
+        more = "" if beginning == note.text else "…"
+        losses.append(f"the note of {note.author}: “{beginning}{more}”")
     return losses
-
-
-def _beginning(text: str) -> str:
-    """As much of a note's first line as leaves room for the other sentences."""
-    short = text.partition("\n")[0][:LETTERS].rstrip()
-    return short if short == text else short + "…"
 
 
 def _common_losses(rows: Sequence[DemonstrationRow], author: str) -> list[str]:
@@ -150,7 +143,7 @@ def _common_losses(rows: Sequence[DemonstrationRow], author: str) -> list[str]:
     return losses
 
 
-def _others(rows: Sequence[DemonstrationRow]) -> str:
+def _consent(rows: Sequence[DemonstrationRow]) -> str:
     """The consent to losing others' labels; the same text for all who code blind."""
     if any(row.blind for row in rows):
         if len(rows) == 1:

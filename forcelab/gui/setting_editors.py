@@ -70,7 +70,7 @@ class NumberEditor(Editor):
         )
         self.box.setAccessibleName(field.label)
         self.box.setMinimumWidth(16 * self.fontMetrics().averageCharWidth())
-        self.box.valueChanged.connect(lambda _: self.changed.emit())
+        self.box.valueChanged.connect(self.changed)
         ignore_wheel(self.box)
         self.switch: QCheckBox | None = None
         if field.default is None:
@@ -79,7 +79,7 @@ class NumberEditor(Editor):
             self.switch = QCheckBox("on")
             self.switch.setAccessibleName(f"Use: {field.label}")
             self.switch.toggled.connect(self.box.setVisible)
-            self.switch.toggled.connect(lambda _: self.changed.emit())
+            self.switch.toggled.connect(self.changed)
             self._lay_out(self.switch, self.box)
             self.box.hide()
         self._exact: float | None = None
@@ -113,7 +113,7 @@ class ChoiceEditor(Editor):
     def __init__(self, field: SettingField) -> None:
         super().__init__(field)
         self.box = combo_box(field.label, {name: value for value, name in field.options})
-        self.box.currentIndexChanged.connect(lambda _: self.changed.emit())
+        self.box.currentIndexChanged.connect(self.changed)
         ignore_wheel(self.box)
         if max(map(len, dict(field.options).values()), default=0) > LONGEST_CHOICE:
             self._shorten()
@@ -144,7 +144,7 @@ class FlagEditor(Editor):
         super().__init__(field)
         self.box = QCheckBox("on")
         self.box.setAccessibleName(field.label)
-        self.box.toggled.connect(lambda _: self.changed.emit())
+        self.box.toggled.connect(self.changed)
         self._lay_out(self.box)
 
     def value(self) -> bool:

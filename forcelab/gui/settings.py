@@ -165,9 +165,10 @@ def remember_coder(project: Path | None, name: str) -> None:
     store("coder/name", name)
 
 
-def key_of(section: str, project: Path) -> str:
-    """The key of something of a project."""
-    return f"{section}/" + str(project.resolve()).replace("/", "|").replace("\\", "|")
+def key_of(section: str, project: Path, *parts: str) -> str:
+    """The key of something of a project, such as of a task, which may be called anything."""
+    names = str(project.resolve()), *parts
+    return "/".join([section, *(re.sub(r"[/\\]", "|", name) for name in names)])
 
 
 def account() -> str:

@@ -37,6 +37,7 @@ from forcelab.gui.preferences import SAMPLE_FOLDER
 from forcelab.gui.project_actions import ProjectActions, sample_place
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.theme import colours, themes
+from forcelab.gui.widgets import show_text
 from forcelab.jobs import Progress
 
 
@@ -104,12 +105,7 @@ class Welcome(QWidget):
                 opening.ask_new,
                 "plus",
             ),
-            (
-                "Read the guide",
-                "It begins with the first hour, step by step.",
-                read_guide,
-                "book",
-            ),
+            ("Read the guide", "It begins with the first hour, step by step.", read_guide, "book"),
         )
         ways_page, self._recent_page = QWidget(), QWidget()
         below = fill_layout(QVBoxLayout(ways_page), self._sample_button, self._sample, margins=0)
@@ -158,8 +154,7 @@ class Welcome(QWidget):
 
     def show_trouble(self, sentence: str) -> None:
         """Say why a project could not be opened; ``""`` clears it."""
-        self._trouble.setText(sentence)
-        self._trouble.setVisible(bool(sentence))
+        show_text(self._trouble, sentence)
 
     def _show_progress(self, progress: Progress | None) -> None:
         """Show the progress of the sample project, below its button; None when it is over."""

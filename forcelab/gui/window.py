@@ -269,7 +269,7 @@ class Window(FileDrop, DockedWindow):
     def _show_keys(self) -> None:
         from forcelab.gui.help import HelpPage
 
-        run_dialog(HelpPage(self.document, keys(), self, self.commands))
+        run_dialog(HelpPage(self.document, keys(), self))
 
     def _show_about(self) -> None:
         from forcelab.gui.help import AboutDialog
@@ -283,9 +283,7 @@ class Window(FileDrop, DockedWindow):
         dialog = self.findChild(PreferencesDialog)
         if dialog is None:
             trainer = self.review.trainer
-            dialog = PreferencesDialog(
-                self.document, trainer, self.opening, keys(), self, self.commands
-            )
+            dialog = PreferencesDialog(self.document, trainer, self.opening, keys(), self)
             dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         if page:
             dialog.show_page(page)

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.device import Device
 from forcelab.capture.recorder import Recorder
 from forcelab.capture.save import SavedRecording
 from forcelab.capture.stream_merger import StreamMerger
@@ -69,11 +68,9 @@ class SegmentBuilder:
         return self._last + self._period
 
     @property
-    def present(self) -> ClosedSegment | None:
-        """The segment that has not ended, as far as it is decided."""
-        if self._code == UNLABELLED:
-            return None
-        return ClosedSegment(self._start, self.until, self.action, self._sum / self._count)
+    def present(self) -> list[ClosedSegment]:
+        """The segment that has not ended, as far as it is decided, if there is one."""
+        return self._closed(self.until)
 
     def take(self, labels: LiveLabels) -> list[ClosedSegment]:
         """Take labels; gives the segments that they end."""
@@ -109,8 +106,7 @@ class SegmentBuilder:
 
     def finish(self) -> list[ClosedSegment]:
         """The segment that has not ended, which ends with the last label."""
-        closed = self._closed(self.until)
-        self._code = UNLABELLED
+        closed, self._code = self.present, UNLABELLED
         return closed
 
     @property
@@ -169,19 +165,16 @@ class SnapshotBuffer:
         self._latest = tuple(labels.probabilities[-1].tolist())
         self._add(np.floor(times[recent] * RATE).astype(np.int64), labels.probabilities[recent])
 
-    def end(self, growing: SegmentBuilder) -> None:
+    def end(self, builder: SegmentBuilder) -> None:
         """End the open segment: another recogniser goes on."""
-        present = growing.present
-        if present is not None:
-            self._segments.append(present.segment)
+        self._segments.extend(segment.segment for segment in builder.present)
         self._latest = ()
 
-    def snapshot(self, growing: SegmentBuilder, cost: float) -> LiveSnapshot:
+    def snapshot(self, builder: SegmentBuilder, cost: float) -> LiveSnapshot:
         """The snapshot of now."""
-        present = growing.present
-        segments = (*self._segments, *(() if present is None else (present.segment,)))
+        segments = (*self._segments, *(segment.segment for segment in builder.present))
         return LiveSnapshot(
-            segments, self._certainty(), growing.until, growing.action, self._latest, cost
+            segments, self._certainty(), builder.until, builder.action, self._latest, cost
         )
 
     def _add(self, bins: NDArray[np.int64], probabilities: NDArray[np.float64]) -> None:
@@ -263,19 +256,16 @@ class LiveRecognition:
         name: str,
         latency: float,
         recorder: Recorder,
-        devices: Sequence[Device],
         outlet: LabelOutlet | None = None,
     ) -> None:
-        self._outlet = outlet
         self.author, self.latency, self.recogniser = model_author(name), latency, recogniser
-        self._name, self._recorder, self._devices = name, recorder, devices
-        self._following = StreamMerger(devices, recorder.since)
-        rate = self._following.rate if self._following.rate > 0 else None
-        self._online = OnlineRecogniser(recogniser, latency, self._following.channels, rate)
-        slow = (
-            () if rate is None else recogniser.rate_remarks(rate, "The samples come", "they have")
-        )
-        self.remarks = (*recogniser.unit_remarks(self._following.channels), *slow)
+        self._name, self._recorder, self._outlet = name, recorder, outlet
+        self._merger = StreamMerger(recorder.devices, recorder.since)
+        rate = self._merger.rate if self._merger.rate > 0 else None
+        self._online = OnlineRecogniser(recogniser, latency, self._merger.channels, rate)
+        self.remarks = recogniser.unit_remarks(self._merger.channels)
+        if rate is not None:
+            self.remarks += recogniser.rate_remarks(rate, "The samples come", "they have")
         self._segments = SegmentBuilder(self._online)
         self._recent = SnapshotBuffer(self._online.actions)
         self.snapshot = LiveSnapshot()
@@ -289,12 +279,7 @@ class LiveRecognition:
     def renewed(self) -> LiveRecognition:
         """A new one of the same recogniser, in its initial state."""
         return LiveRecognition(
-            self.recogniser,
-            self._name,
-            self.latency,
-            self._recorder,
-            self._devices,
-            self._outlet,
+            self.recogniser, self._name, self.latency, self._recorder, self._outlet
         )
 
     def begin(
@@ -317,22 +302,20 @@ class LiveRecognition:
             self.snapshot = self._recent.snapshot(self._segments, 0.0)
         self._keeping = keeping
         if firsts is None:
-            self._following.skip(self._recorder.latest(0.0))
+            self._merger.skip(self._recorder.latest(0.0))
             self._begun = time.monotonic()
         else:
-            self._following.start(firsts)
+            self._merger.start(firsts)
             self._begun = self._recorder.begun
 
     @property
     def now(self) -> str:
         """The action of the latest label and its probability; empty while there is none."""
-        growing = self._segments
-        if math.isnan(growing.until):
+        action, probability = self._segments.action, self._segments.probability
+        if math.isnan(self._segments.until):
             return ""
-        if not growing.action:
-            return "-"
-        probability = growing.probability
-        return growing.action if math.isnan(probability) else f"{growing.action} {probability:.2f}"
+        sure = "" if math.isnan(probability) else f" {probability:.2f}"
+        return f"{action}{sure}" if action else "-"
 
     @property
     def begun(self) -> float:
@@ -349,7 +332,7 @@ class LiveRecognition:
         if self.finished:
             return []
         worked = time.thread_time()
-        times, values = self._following.read()
+        times, values = self._merger.read()
         labels = self._online.push(times, values)
         closed = self._take(labels)
         if self._keeping:
@@ -368,12 +351,8 @@ class LiveRecognition:
         if self.finished:
             return []
         worked = time.thread_time()
-        closed = []
-        for last in (
-            self._online.push(*self._following.read(self._recorder.ends)),
-            self._online.finish(),
-        ):
-            closed += self._take(last)
+        closed = self._take(self._online.push(*self._merger.read(self._recorder.ends)))
+        closed += self._take(self._online.finish())
         self._recent.end(self._segments)
         closed += self._segments.finish()
         self._closed_segments += closed
@@ -401,9 +380,8 @@ class LiveRecognition:
                 project.tracks.edit(
                     saved.added.id, self.author, before, segments, description, kind="predict"
                 )
-        ages = np.array(self._ages) if self._ages else np.full(1, np.nan)
         labelled = math.fsum(segment.duration for segment in segments)
-        middle, most = (_finite(float(age)) for age in np.percentile(ages, [50, 99]))
+        middle, most = np.percentile(self._ages, [50, 99]).tolist() if self._ages else (None, None)
         return {
             "author": self.author,
             "segments": len(segments),
@@ -415,15 +393,12 @@ class LiveRecognition:
 
     def _within(self, start: float, seconds: float) -> tuple[Segment, ...]:
         """The segments on the demonstration's clock."""
-        ends = [
-            (
-                min(max(closed.start - start, 0.0), seconds),
-                min(closed.end - start, seconds),
-                closed.action,
-            )
-            for closed in self._closed_segments
-        ]
-        return tuple(Segment(first, last, action) for first, last, action in ends if last > first)
+        within = []
+        for closed in self._closed_segments:
+            begin, end = max(closed.start - start, 0.0), min(closed.end - start, seconds)
+            if end > begin:
+                within.append(Segment(begin, end, closed.action))
+        return tuple(within)
 
     def _cost(self) -> float:
         """Share of a core that was taken of late."""
@@ -449,8 +424,3 @@ def lost_track_sentence(error: Exception) -> str:
     log.error("A live track is lost.", exc_info=error)
     fault = f"{type(error).__name__}: {error}"
     return f"The recogniser failed ({fault}): the recording is kept without its track."
-
-
-def _finite(value: float) -> float | None:
-    """JSON has no NaN."""
-    return value if math.isfinite(value) else None

@@ -75,7 +75,6 @@ class LiveScalogram:
     def __init__(
         self,
         recorder: Recorder,
-        devices: Sequence[Device],
         channel: str,
         seconds: float,
         columns: int,
@@ -84,12 +83,13 @@ class LiveScalogram:
     ) -> None:
         self.image: RollingImage | None = None
         self._recorder, self._channel = recorder, channel
+        devices = recorder.devices
         chosen, self._recorded = _channel_source(devices, channel)
         self._chosen = chosen
         used = [devices[i] for i in chosen]
-        self._following = StreamMerger(used, lambda i, number: recorder.since(chosen[i], number))
+        self._merger = StreamMerger(used, lambda i, number: recorder.since(chosen[i], number))
         measured = max((rates[i] for i in chosen if i < len(rates)), default=0.0)
-        self._rate = self._following.rate or measured
+        self._rate = self._merger.rate or measured
         if not self._rate > 0:
             raise InputError(
                 f"'{channel}' does not come evenly, so that it has no scalogram; choose another."
@@ -107,18 +107,17 @@ class LiveScalogram:
         # Samples before the first column and after the last that coefficients rest on.
         self._beyond = reach(self.scales, Morlet())
         self._times = np.empty(0)
-        self._values = np.empty((0, len(self._following.channels)))
+        self._values = np.empty((0, len(self._merger.channels)))
         self._high = -np.inf
 
     def begin(self) -> None:
         """Follow from the oldest samples on that are still to be seen, so that it is full soon."""
         latest = self._recorder.latest(self._seconds + self._beyond / self._rate)
-        none = np.empty(0)
-        self._following.skip([(latest[i][0], none, none) for i in self._chosen])
+        self._merger.start([latest[i][0] for i in self._chosen])
 
     def read(self) -> tuple[Real, Real]:
         """Read the new samples from the recorder, for :meth:`take`."""
-        return self._following.read()
+        return self._merger.read()
 
     def take(self, times: Real, values: Real) -> Iterator[Progress]:
         """Take samples, and draw, in steps so that other threads have a turn; asks no device."""
@@ -155,7 +154,7 @@ class LiveScalogram:
             "",
             np.concatenate([self._times, last + after / self._rate]),
             np.concatenate([self._values, np.tile(held, (len(after), 1))]),
-            self._following.channels,
+            self._merger.channels,
         )
         reader = GridReader(
             recorded, self._channel, self._recorded, False, self._rate, count + len(after)

@@ -21,7 +21,7 @@ from forcelab.recognition.metrics import pool
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.results import TOO_HIGH, Evaluation, HeldOutPrediction
 from forcelab.recognition.settings import Settings
-from forcelab.text import counted, percent
+from forcelab.text import counted, percent, were
 
 
 def copy_remarks(
@@ -192,7 +192,7 @@ def accepted_remarks(dataset: Dataset, evaluation: Evaluation) -> tuple[str, ...
     share = sum(s.end - s.start for s in accepted) / sum(s.end - s.start for s in tested)
     return (
         f"{len(accepted)} of {counted(len(tested), 'tested segment')} ({percent(share)} % of the "
-        f"tested time) {'was' if len(accepted) == 1 else 'were'} proposed by a recogniser and "
+        f"tested time) {were(len(accepted))} proposed by a recogniser and "
         f"{TOO_HIGH}; report scores on demonstrations that were labelled without it.",
     )
 

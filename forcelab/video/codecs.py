@@ -51,7 +51,13 @@ def try_codec(codec: Codec) -> bool:
     `ImportError` as of :func:`opencv`.
     """
     cv2 = opencv()
-    with _temporary_folder() as folder:
+    try:
+        scratch = tempfile.TemporaryDirectory()
+    except OSError as error:
+        raise InputError(
+            f"No temporary folder can be made ({error}); set TMPDIR to a folder with room."
+        ) from error
+    with scratch as folder:
         path = str(Path(folder) / f"test{codec.suffix}")
         writer = cv2.VideoWriter(path, cv2.VideoWriter.fourcc(*codec.fourcc), 30, (64, 64))
         if not writer.isOpened():
@@ -65,13 +71,3 @@ def try_codec(codec: Codec) -> bool:
             read += 1
         reader.release()
         return read == FRAMES
-
-
-def _temporary_folder() -> tempfile.TemporaryDirectory[str]:
-    """A folder that is gone after use."""
-    try:
-        return tempfile.TemporaryDirectory()
-    except OSError as error:
-        raise InputError(
-            f"No temporary folder can be made ({error}); set TMPDIR to a folder with room."
-        ) from error

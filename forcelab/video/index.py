@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
@@ -77,12 +78,11 @@ def last_at(times: NDArray[np.float64], time: float) -> int:
 def stated_rate_and_length(path: Path) -> tuple[float, float]:
     """Frames a second and seconds that a video says it has; 0 where it does not say."""
     try:
-        capture = open_video(path)
+        with opened_video(path) as capture:
+            frames = float(capture.get(opencv().CAP_PROP_FRAME_COUNT))
+            rate = float(capture.get(opencv().CAP_PROP_FPS))
     except InputError:
         return 0.0, 0.0
-    frames = float(capture.get(opencv().CAP_PROP_FRAME_COUNT))
-    rate = float(capture.get(opencv().CAP_PROP_FPS))
-    capture.release()
     if not 0 < rate < 1e6:
         return 0.0, 0.0
     return rate, frames / rate if 0 < frames < 1e9 else 0.0
@@ -114,6 +114,16 @@ def open_video(path: Path, *, packets: bool = False) -> Any:
         return PyAvCapture(path, capture)
     capture.release()  # of a build of OpenCV that has a decoder
     return cv2.VideoCapture(name, cv2.CAP_FFMPEG, options)
+
+
+@contextmanager
+def opened_video(path: Path, *, packets: bool = False) -> Iterator[Any]:
+    """A video as of :func:`open_video`, which is released afterwards."""
+    capture = open_video(path, packets=packets)
+    try:
+        yield capture
+    finally:
+        capture.release()
 
 
 def codec_of(capture: Any) -> str:
@@ -187,12 +197,10 @@ class _PacketList:
 def _list_packets(path: Path, *, packets: bool) -> Generator[Progress, None, _PacketList]:
     """Read all timestamps (s), and those of the key frames."""
     cv2 = opencv()
-    capture = open_video(path, packets=packets)
-    try:
+    with opened_video(path, packets=packets) as capture:
         rate, count = capture.get(cv2.CAP_PROP_FPS), capture.get(cv2.CAP_PROP_FRAME_COUNT)
         rate = rate if math.isfinite(rate) and rate > 0 else 30.0
-        length = max(count, 0.0) / rate
-        listed = _PacketList([], [], rate, length)
+        listed = _PacketList([], [], rate, length=max(count, 0.0) / rate)
         stretch = STRETCH if packets else DECODED
         while capture.grab():
             stamp = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
@@ -202,24 +210,19 @@ def _list_packets(path: Path, *, packets: bool) -> Generator[Progress, None, _Pa
             done = len(listed.stamps)
             if done % stretch == 0:
                 yield Progress(done, max(int(count), done), f"reading the times of {path.name}")
-    finally:
-        capture.release()
     return listed
 
 
 def _beginning(path: Path) -> tuple[list[float], str]:
     """Timestamps (s) of the first frames as they are decoded, and the codec's four letters."""
     cv2 = opencv()
-    capture = open_video(path)
-    try:
+    stamps: list[float] = []
+    with opened_video(path) as capture:
         codec = codec_of(capture)
-        stamps: list[float] = []
         while len(stamps) < COMPARED and capture.grab():
             if not stamps and not capture.retrieve()[0]:
                 break
             stamps.append(capture.get(cv2.CAP_PROP_POS_MSEC) / 1000)
-    finally:
-        capture.release()
     return stamps, codec
 
 

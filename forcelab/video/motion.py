@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.video.codecs import opencv
-from forcelab.video.index import SAME, open_video
+from forcelab.video.index import SAME, opened_video
 
 #: Blocks across and down that a frame is looked at in, and pixels along the side of each.
 BLOCKS, SIDE = (16, 9), 10
@@ -38,13 +38,12 @@ def measuring_motion(path: Path) -> Generator[Progress, None, MotionEnergy]:
     their square roots: something large that moves far does not hide a finger that moves a little.
     """
     cv2 = opencv()
-    capture = open_video(path)
     times: list[float] = []
     energy: list[float] = []
     before: NDArray[np.int16] | None = None
-    try:
+    size = (BLOCKS[0] * SIDE, BLOCKS[1] * SIDE)
+    with opened_video(path) as capture:
         count = int(max(capture.get(cv2.CAP_PROP_FRAME_COUNT), 0))
-        size = (BLOCKS[0] * SIDE, BLOCKS[1] * SIDE)
         while capture.grab():
             stamp = float(capture.get(cv2.CAP_PROP_POS_MSEC)) / 1000
             if times and stamp <= times[-1] + SAME:
@@ -60,8 +59,6 @@ def measuring_motion(path: Path) -> Generator[Progress, None, MotionEnergy]:
             before = small
             if len(times) % STRETCH == 0:
                 yield Progress(len(times), max(count, len(times)), "looking for motion")
-    finally:
-        capture.release()
     if len(times) < 2:
         raise InputError(
             f"'{path}' has fewer than two frames that can be decoded; convert it to H.264 in mp4."

@@ -1,15 +1,20 @@
-"""Pictures as they come from elsewhere: JPEG looked at, PNG and raw pixels decoded."""
+"""Pictures as they come from elsewhere, and videos of them.
+
+JPEG is checked and stays as it is; PNG and raw pixels are decoded, and encoded as JPEG.
+"""
 
 from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.video.codecs import opencv
+from forcelab.video.jpeg_writer import JpegVideoWriter, encode_jpeg
 
 #: Pixels of a picture at most, 8192 x 8192: what is decoded takes three bytes for each.
 MOST_PIXELS: Final = 2**26
@@ -23,6 +28,46 @@ class UnknownPictureError(PictureError):
     """Why no picture of its kind can be."""
 
 
+@dataclass(frozen=True, slots=True)
+class JpegPicture:
+    """A picture as JPEG."""
+
+    data: bytes
+    size: tuple[int, int]  #: width and height in pixels
+    source: str  #: what it was: JPEG, PNG, or the encoding of raw pixels
+
+
+class PictureVideo:
+    """A video of pictures that come one by one; all have the size of the first."""
+
+    def __init__(self, path: Path) -> None:
+        """The file is written from the first picture on."""
+        self.path = path
+        self.count, self.size = 0, (0, 0)
+        self.start = 0.0  #: time of the first picture, s
+        self._writer: JpegVideoWriter | None = None
+
+    def write(self, picture: JpegPicture, time: float) -> None:
+        """Write a picture taken at a time (s); `PictureError` if it is of another size."""
+        if self._writer is None:
+            self._writer = JpegVideoWriter(self.path, *picture.size)
+            self.size, self.start = picture.size, time
+        elif picture.size != self.size:
+            raise PictureError(f"it is of {pixels(picture.size)}, others {pixels(self.size)}")
+        self._writer.write(picture.data, time - self.start)
+        self.count += 1
+
+    def close(self) -> None:
+        """Finish the file, if one was begun."""
+        if self._writer is not None:
+            self._writer.close()
+
+
+def pixels(size: tuple[int, int]) -> str:
+    """Width and height in words."""
+    return f"{size[0]} x {size[1]}"
+
+
 _JPEG, _PNG = b"\xff\xd8\xff", b"\x89PNG\r\n\x1a\n"
 _JPEG_END, _PNG_END = b"\xff\xd9", b"IEND\xaeB`\x82"
 #: Markers of JPEG: without content, of a frame (its size; the first three can be decoded in a
@@ -33,15 +78,19 @@ _DECODED: Final = frozenset([0xC0, 0xC1, 0xC2])
 _SCAN: Final = 0xDA
 
 
-def is_png(data: bytes) -> bool:
-    return data.startswith(_PNG)
+def read_picture(data: bytes) -> JpegPicture:
+    """The picture in a file of JPEG or PNG; `PictureError` if it is damaged.
 
-
-def check_jpeg(data: bytes) -> tuple[bytes, tuple[int, int]]:
-    """A JPEG picture without what is behind its end, and its width and height.
-
-    Only its headers and its end are looked at. `PictureError` if it is damaged.
+    Of JPEG only the headers and the end are looked at; what is behind the end is cut off.
     """
+    return _encode(_decode_png(data), "PNG") if data.startswith(_PNG) else _check_jpeg(data)
+
+
+def _encode(picture: NDArray[np.uint8], source: str) -> JpegPicture:
+    return JpegPicture(encode_jpeg(picture), (picture.shape[1], picture.shape[0]), source)
+
+
+def _check_jpeg(data: bytes) -> JpegPicture:
     if not data:
         raise PictureError("it is empty")
     if not data.startswith(_JPEG):
@@ -58,7 +107,7 @@ def check_jpeg(data: bytes) -> tuple[bytes, tuple[int, int]]:
                 height, width = struct.unpack_from(">HH", data, at + 5)
                 if marker not in _DECODED:
                     raise UnknownPictureError("it is JPEG of a kind that videos do not hold")
-                return data, _checked_size(width, height)
+                return JpegPicture(data, _checked_size(width, height), "JPEG")
             if marker == _SCAN:
                 break
             at += 2 + struct.unpack_from(">H", data, at + 2)[0]
@@ -83,7 +132,7 @@ def _checked_size(width: int, height: int) -> tuple[int, int]:
     return width, height
 
 
-def decode_png(data: bytes) -> NDArray[np.uint8]:
+def _decode_png(data: bytes) -> NDArray[np.uint8]:
     """A PNG picture: grey (height, width), or (height, width, 3) in blue, green, red."""
     width, height, bits, colours = struct.unpack_from(">IIBB", _whole(data, _PNG_END).ljust(26), 16)
     _checked_size(width, height)
@@ -106,7 +155,7 @@ class _Layout:
 
     channels: int
     bits: int = 8
-    #: OpenCV's name of the conversion to what :func:`decode_raw` gives; empty where it is that.
+    #: OpenCV's name of the conversion to grey or blue, green, red; empty where it is that.
     convert: str = ""
 
 
@@ -135,10 +184,10 @@ _LAYOUTS: Final = {
 }
 
 
-def decode_raw(
+def read_pixels(
     encoding: str, width: int, height: int, step: int, big_endian: bool, data: NDArray[np.uint8]
-) -> NDArray[np.uint8]:
-    """A raw picture of ROS: grey (height, width), or (height, width, 3) in blue, green, red.
+) -> JpegPicture:
+    """A raw picture of ROS; `PictureError` if it is damaged.
 
     Of 16 bits the upper eight are taken. `step` is the bytes from row to row.
     """
@@ -154,15 +203,15 @@ def decode_raw(
             f"it has {data.size:,} bytes in rows of {step:,}, too few for {width} x {height} "
             f"pixels of {encoding}"
         )
-    pixels = data[: step * height].reshape(height, step)[:, :row]
+    rows = data[: step * height].reshape(height, step)[:, :row]
     if layout.bits == 16:
-        pixels = pixels[:, 0 if big_endian else 1 :: 2]
+        rows = rows[:, 0 if big_endian else 1 :: 2]
     shape = (height, width, layout.channels) if layout.channels > 1 else (height, width)
-    picture = np.ascontiguousarray(pixels).reshape(shape)
+    picture = np.ascontiguousarray(rows).reshape(shape)
     if layout.convert:
         cv2 = opencv()
         try:
             picture = cv2.cvtColor(picture, getattr(cv2, f"COLOR_{layout.convert}"))
         except cv2.error as error:  # such as a mosaic of a single column
             raise PictureError(f"{width} x {height} pixels cannot be {encoding}") from error
-    return picture
+    return _encode(picture, encoding)

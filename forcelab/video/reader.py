@@ -14,7 +14,7 @@ import math
 import os
 from bisect import bisect_right
 from collections import OrderedDict
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.video.codecs import opencv
-from forcelab.video.index import Index, indexing, last_at, open_video
+from forcelab.video.index import Index, indexing, last_at, open_video, opened_video
 from forcelab.video.pyav import PyAvCapture
 
 #: OpenCV goes this many frames before the time it is sent to, and decodes up to it: only from
@@ -58,12 +58,12 @@ class Decoder:
         value: float = self._capture.get(what)
         return value
 
-    def send(self, time: float) -> bool:
+    def seek(self, time: float) -> bool:
         """Go to a time (s); where that came out the next step shows. False if it went nowhere."""
         self.at, self.lost = -1, True
         stamp = 1000 * (time + self._index.origin) if time else 0.0
-        sent: bool = self._capture.set(opencv().CAP_PROP_POS_MSEC, stamp)
-        return sent
+        moved: bool = self._capture.set(opencv().CAP_PROP_POS_MSEC, stamp)
+        return moved
 
     def step(self) -> bool:
         """Decode the next frame that is in the index; False where there is none."""
@@ -258,14 +258,7 @@ class VideoReader:
 
         Numbers count from 0, in the order of the times. `IndexError` if there is no such frame.
         """
-        result: list[Frame] = []
-
-        def relayed() -> Iterator[None]:
-            result.append((yield from self.reaching(number)))
-
-        for _ in relayed():
-            pass
-        return result[0]
+        return finish(self.reaching(number))
 
     def reaching(self, number: int, passed: int | None = None) -> Generator[None, None, Frame]:
         """Decode up to a frame, as of :meth:`frame`, as a job that yields after each one it passes.
@@ -287,7 +280,7 @@ class VideoReader:
         near = self._decoders.near(number, self._decoder, behind)
         decoder = self._decoder = near or self._decoders.spare()
         if near is None:
-            yield from self._go_before(decoder, number, passed)
+            yield from self._seek_before(decoder, number, passed)
         while number not in self._cache:
             if not self._step(decoder, number - passed, number) or decoder.at > number:
                 decoder.lost = True
@@ -298,18 +291,20 @@ class VideoReader:
             yield
         return self._cache[number]
 
-    def _go_before(self, decoder: Decoder, number: int, passed: int) -> Generator[None, None, None]:
+    def _seek_before(
+        self, decoder: Decoder, number: int, passed: int
+    ) -> Generator[None, None, None]:
         """Bring a decoder to a frame at or before the wanted one, as near as may be."""
         keys = self.index.keys
         ahead = max(decoder.lead - 0.4, 0.0) * self._period
         for place in range(self._decoders.start(number), 0, -1):
-            if decoder.send(float(self.times[keys[place]]) + ahead):
+            if decoder.seek(float(self.times[keys[place]]) + ahead):
                 yield
                 if self._step(decoder, number - passed, number) and decoder.at <= number:
                     return
             yield
-        sent = decoder.send(0.0) and self._step(decoder, number - passed, number)
-        if not sent or decoder.at > number:
+        began = decoder.seek(0.0) and self._step(decoder, number - passed, number)
+        if not began or decoder.at > number:
             decoder.restart()
         yield
 
@@ -365,8 +360,7 @@ class Thumbnails:
     def making(self) -> Generator[None, None, None]:
         """Go through the video once as a job that yields after each frame; ends where room does."""
         cv2 = opencv()
-        capture = open_video(self.path)
-        try:
+        with opened_video(self.path) as capture:
             while self._bytes < self._room and capture.grab():
                 number = self.index.number_at(capture.get(cv2.CAP_PROP_POS_MSEC) / 1000)
                 if number >= 0:
@@ -374,15 +368,12 @@ class Thumbnails:
                     if read:
                         self._pack(number, picture)
                 yield
-        finally:
-            capture.release()
 
     def get(self, number: int) -> Frame | None:
         """The sketch of a frame, if there is one: uint8, shape (height, width, 3), RGB."""
         packed = self._packed.get(number)
-        if packed is None:
-            return None
-        return as_rgb(opencv().imdecode(packed, opencv().IMREAD_COLOR))
+        cv2 = opencv()
+        return None if packed is None else as_rgb(cv2.imdecode(packed, cv2.IMREAD_COLOR))
 
     def _pack(self, number: int, picture: NDArray[np.uint8]) -> None:
         """Keep a frame, small."""

@@ -8,7 +8,7 @@ import time
 
 import numpy as np
 
-from forcelab.capture.device import Block, UnpluggedError
+from forcelab.capture.device import Block, Device, UnpluggedError
 from forcelab.capture.journal import JournalReader, SampleBuffer
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
@@ -27,18 +27,18 @@ class FullDisk(io.FileIO):
         return super().write(data[:fits])
 
 
-class FakeDevice:
+class FakeDevice(Device):
     """Three axes whose values are the tick, its double and its negative, at `rate`."""
 
     def __init__(self, name="fake:0", rate=1000.0, ppm=0.0, burst=0.01, ticked=True):
-        self.name, self.rate, self.holds = name, rate, False
+        super().__init__()
+        self.name, self.rate = name, rate
         self.channels = tuple(Channel(axis, "N") for axis in ("fx", "fy", "fz"))
         self.ppm, self.burst, self.ticked = ppm, burst, ticked
         self.status = 0
         self.lose = ()
         self.gone = threading.Event()
         self.opened = self.closed = self.reopened = self.zeroed = 0
-        self._said = []
         self.next, self.began = 0, 0.0
         #: The longest that nobody read it, in seconds: no stamp can be better than that.
         self.unread, self._read = 0.0, 0.0
@@ -55,11 +55,7 @@ class FakeDevice:
         self.reopened += 1
 
     def say(self, sentence):
-        self._said.append(sentence)
-
-    def remarks(self):
-        remarks, self._said = tuple(self._said), []
-        return remarks
+        self._messages.put(sentence)
 
     def zero(self):
         self.zeroed += 1

@@ -9,7 +9,7 @@ import pytest
 
 from forcelab.capture import encoder, optoforce
 from forcelab.capture.device import MessageQueue, UnpluggedError
-from forcelab.capture.device_names import number_sensors, parse_device, parse_devices, quote_value
+from forcelab.capture.device_names import parse_device, parse_devices, quote_value
 from forcelab.capture.discovery import FoundPort
 from forcelab.capture.emulator import build_packets
 from forcelab.capture.encoder import Encoder
@@ -161,9 +161,10 @@ def test_a_daq_that_the_sheet_does_not_know_is_refused_and_its_port_let_go(tmp_p
 def test_other_kinds_tell_their_channels_by_themselves(axes):
     source = table_source(np.tile(np.arange(axes), (60_000, 1)), 1000.0)
     with VirtualOptoForce(source) as virtual:
-        device = OptoForce(virtual.port, ports=nothing, first=3)
+        device = OptoForce(virtual.port, ports=nothing)
         assert device.channels == ()
         device.open()
+        assert device.number_sensors(3) == (7 if axes == 12 else 4)
         values = collect(device, 20)[-1].values
         device.close()
     assert len(device.channels) == axes
@@ -335,9 +336,10 @@ def test_a_counter_that_stands_still_is_not_taken_for_a_loose_cable(monkeypatch)
 def test_sensors_of_several_daqs_are_numbered_through():
     with VirtualOptoForce(steady(*range(12))) as first, VirtualOptoForce(steady(1, 2, 3)) as second:
         devices = [OptoForce(virtual.port, ports=nothing) for virtual in (first, second)]
+        sensor = 1
         for device in devices:
             device.open()
-        number_sensors(devices)
+            sensor = device.number_sensors(sensor)
         names = [channel.name for device in devices for channel in device.channels]
         for device in devices:
             device.close()
@@ -465,7 +467,7 @@ def test_an_encoder_gives_its_count_when_it_changes_and_holds_it_in_between(open
     def source(times):
         return np.floor(200 * np.clip(times, 0.0, 0.15))[:, None]
 
-    with VirtualEncoder(source, bang=bang, serial=77) as virtual:
+    with VirtualEncoder(source, bang=bang) as virtual:
         device = opened(parse_device(f"encoder:{virtual.port}?scale=0.5&unit=mm"))
         assert device.holds
         assert [(c.name, c.unit) for c in device.channels] == [("opening", "mm")]
@@ -477,7 +479,6 @@ def test_an_encoder_gives_its_count_when_it_changes_and_holds_it_in_between(open
             if block is not None:
                 blocks.append(block)
         assert device.read(0.05) is None  # it stands still
-        assert device.serial == "77"
         device.zero()
         virtual.unplug()
         collect_until_gone(device)

@@ -85,15 +85,11 @@ def test_a_device_is_found_again_by_its_serial_number_at_another_port():
     assert relocate_port(known, others[:1]) is None
 
 
-def test_a_device_without_a_serial_number_is_found_at_its_own_port_only(tmp_path):
+def test_a_device_without_a_serial_number_is_found_at_its_own_port_only():
     known = found("/dev/ttyUSB0")
     assert relocate_port(known, [found("/dev/ttyUSB0")]) == "/dev/ttyUSB0"
     assert relocate_port(known, [found("/dev/ttyUSB0", usb=(3, 4))]) is None
     assert relocate_port(known, [found("/dev/ttyUSB1")]) is None
-    link = tmp_path / "tty"
-    assert relocate_port(found(str(link), usb=None), []) is None
-    link.symlink_to("/dev/null")
-    assert relocate_port(found(str(link), usb=None), []) == str(link)
 
 
 def test_the_list_shows_what_to_say_and_what_it_is(plugged, capsys):

@@ -66,7 +66,7 @@ def test_a_clock_that_is_ahead_is_corrected(project, monkeypatch):
     with sending("forces", offset=1000.0) as sender:
         [info] = pylsl.resolve_byprop("name", "forces", timeout=5.0)
         with clock_ahead(1000.0, info) as changed:
-            monkeypatch.setattr(lsl, "_resolve", lambda _: [changed])
+            monkeypatch.setattr(lsl, "_search", lambda _: [[changed]])
             demonstration, start, remarks = record(
                 project, parse_device("lsl:"), lambda r: r.state().devices[0].samples > 100
             )

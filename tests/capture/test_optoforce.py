@@ -15,9 +15,7 @@ from forcelab.capture.optoforce import (
     speed_code,
 )
 from forcelab.errors import InputError
-from forcelab.formats.calibration import read_calibrations
-from forcelab.formats.optoforce_packets import KINDS
-from forcelab.resources import asset
+from forcelab.formats.optoforce_packets import KINDS, Parser
 from tests.formats.optoforce_streams import CONFIGURED, packet, stream
 
 AXES3 = KINDS[0]
@@ -41,11 +39,11 @@ def test_a_rate_that_no_daq_has_is_refused_with_others(rate):
         speed_code(rate)
 
 
-def blocks(data, cuts=(), rate=1000.0, **options):
+def blocks(data, cuts=(), rate=1000.0):
     """A stream fed in pieces, each arriving when its last byte does at 16 bytes a sample."""
-    packet_stream = PacketStream(rate, **options)
+    packet_stream = PacketStream(rate)
     edges = [0, *sorted({cut % len(data) for cut in cuts} - {0}), len(data)]
-    found = [packet_stream.feed(data[a:b], b / AXES3.frame.size / rate) for a, b in pairwise(edges)]
+    found = [packet_stream.feed(data[a:b], b / AXES3.size / rate) for a, b in pairwise(edges)]
     return [block for block in [*found, packet_stream.flush()] if block is not None], packet_stream
 
 
@@ -55,7 +53,7 @@ def test_blocks_hold_every_sample_however_the_bytes_came(step, cuts):
     found, packet_stream = blocks(data[:800] + CONFIGURED + data[800:], cuts)
     assert np.concatenate([block.ticks for block in found]).tolist() == list(range(200))
     assert (np.concatenate([block.values for block in found]) == values).all()
-    assert [reply.code for reply in packet_stream.take_replies()] == [0]
+    assert [reply.code for reply in packet_stream.parser.take_replies()] == [0]
 
 
 def test_samples_keep_the_time_at_which_they_arrived_while_the_step_is_learnt():
@@ -89,13 +87,6 @@ def test_a_daq_that_was_plugged_in_again_goes_on_by_the_hosts_clock():
     packet_stream, data = PacketStream(1000.0), stream(AXES3, range(100))[0]
     packet_stream.feed(data, 0.1)
     assert packet_stream.flush() is None
-    packet_stream.restart(1000.0)
+    packet_stream.restart(Parser())
     block = packet_stream.feed(stream(AXES3, range(40_000, 40_100))[0], 2.1)
     assert block.ticks.tolist() == list(range(2_099, 2_199))
-
-
-def test_values_are_newtons_with_a_calibration():
-    calibrations = read_calibrations(asset("calibrations/3-axis-40N.toml"))
-    data = b"".join(packet(AXES3, count, [16_037, -16_037, 0]) for count in range(20))
-    ((block,), _) = blocks(data, calibration=calibrations.find("ISE012", AXES3))
-    assert block.values[3] == pytest.approx([40, -40, 0])

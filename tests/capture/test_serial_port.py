@@ -76,8 +76,9 @@ def test_what_arrived_before_it_was_opened_is_dropped(pty):
     port.close()
 
 
-def test_reads_that_gather_leave_time_between_them(pty):
-    port = Port(pty.path, 9600, gather=0.05)
+def test_reads_that_gather_leave_time_between_them(pty, monkeypatch):
+    monkeypatch.setattr("forcelab.capture.device.GATHER_SECONDS", 0.05)
+    port = Port(pty.path, 9600)
     port.open()
     pty.send(b"a")
     first = port.read(5.0)[1]

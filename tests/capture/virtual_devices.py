@@ -291,8 +291,8 @@ class FaultyOptoForce(VirtualOptoForce):
 
 
 #: Registers of the encoder's adapter: how much its count has to change to be sent, how often it
-#: looks, its clock, its count, what it is, and how it replies.
-THRESHOLD, INTERVAL, CLOCK, COUNT, VERSION, FORMAT = "0B", "0C", "0D", "0E", "14", "15"
+#: looks, its clock, its count, and how it replies.
+THRESHOLD, INTERVAL, CLOCK, COUNT, FORMAT = "0B", "0C", "0D", "0E", "15"
 #: Bits of the last: line feed, carriage return, a time stamp before them, blanks between all.
 LINE_FEED, RETURN, STAMPED, SPACED = 1, 2, 4, 8
 #: Steps a second of its clock.
@@ -314,25 +314,17 @@ class VirtualEncoder(TestedSampler):
         How often a second it looks whether the count has changed.
     bang : bool
         Whether its replies end with ``!``.
-    serial : int
-        Its serial number.
     clock_ppm, path, waits
         As of :class:`TestedSampler`.
     """
 
     def __init__(
-        self,
-        source: Readings,
-        rate: float = STAMP_RATE,
-        *,
-        bang: bool = True,
-        serial: int = 81_830,
-        **options,
+        self, source: Readings, rate: float = STAMP_RATE, *, bang: bool = True, **options
     ) -> None:
         super().__init__(source, rate, **options)
         #: All commands it was given.
         self.commands: list[str] = []
-        self._end, self._serial = "!" if bang else "", serial
+        self._end = "!" if bang else ""
         self._received = ""
         self._now = 0.0
         self._reset()
@@ -340,7 +332,7 @@ class VirtualEncoder(TestedSampler):
     def _reset(self) -> None:
         """As it is when it is switched on: it has lost its count."""
         self._streams = False
-        self._registers = {FORMAT: LINE_FEED | RETURN, VERSION: self._serial << 12 | 6}
+        self._registers = {FORMAT: LINE_FEED | RETURN}
         self._clock = self._now
         self._offset: int | None = None
         self._count = self._shown = 0

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from forcelab.capture.device import UnpluggedError
-from forcelab.capture.device_names import number_sensors, parse_device
+from forcelab.capture.device_names import parse_device
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.project import Project
 
@@ -80,9 +80,10 @@ def test_both_sensors_are_played_as_they_were_recorded(stored):
     with replaying(stored(demonstration), "--lead", "0.3") as (child, output):
         assert [port["channels"] for port in output["ports"]] == [list(NAMES[:3]), list(NAMES[3:])]
         devices = [parse_device(port["device"]) for port in output["ports"]]
+        sensor = 1
         for device in devices:
             device.open()
-        number_sensors(devices)
+            sensor = device.number_sensors(sensor)
         assert [c.name for d in devices for c in d.channels] == list(NAMES)
         blocks = [[] for _ in devices]
         with suppress(UnpluggedError):  # when all has been played, the ports go

@@ -33,8 +33,8 @@ def parsed_slowly(data):
     while place < len(data):
         size = 0
         for kind in kinds:
-            if data.startswith(kind.frame.header, place):
-                size = kind.frame.size
+            if data.startswith(kind.header, place):
+                size = kind.size
         is_data = size > 0
         for header, length in (((170, 0, 80, 1), 7), ((170, 0, 18, 8), 14)):
             if data.startswith(bytes(header), place):
@@ -43,7 +43,7 @@ def parsed_slowly(data):
         if size and len(frame) == size and frame == sealed(frame[:-2]):
             if is_data:
                 found.append((place, frame))
-                kinds = tuple(kind for kind in kinds if frame.startswith(kind.frame.header))
+                kinds = tuple(kind for kind in kinds if frame.startswith(kind.header))
             place += size
         else:
             place += 1
@@ -77,7 +77,7 @@ def fuzzed(number, seed=0):
         if i % 4 == 0:
             yield random.bytes(int(random.integers(1, 120)))
         elif i % 4 == 1:
-            yield KINDS[kind].frame.header + random.bytes(int(random.integers(0, 60)))
+            yield KINDS[kind].header + random.bytes(int(random.integers(0, 60)))
         else:
             data = bytearray(whole[kind])
             for place in random.integers(0, len(data), int(random.integers(1, 6))):
@@ -97,8 +97,8 @@ def fuzz(number, seed=0):
         for packets in (parser.feed(data), parser.finish()):
             accepted += len(packets)
             for place in packets.offsets.tolist():
-                frame = data[place : place + parser.kind.frame.size]
-                valid = frame.startswith(parser.kind.frame.header)
+                frame = data[place : place + parser.kind.size]
+                valid = frame.startswith(parser.kind.header)
                 invalid += not (valid and frame == sealed(frame[:-2]))
                 unsent += frame not in whole
     return accepted, invalid, unsent
@@ -107,8 +107,8 @@ def fuzz(number, seed=0):
 def chance(number, seed=0):
     """Headers with noise behind them, in one stream: how many the checksum lets through."""
     random = np.random.default_rng(seed)
-    noise = random.integers(0, 256, (number, KINDS[0].frame.size), dtype=np.uint8)
-    noise[:, :4] = np.frombuffer(KINDS[0].frame.header, np.uint8)
+    noise = random.integers(0, 256, (number, KINDS[0].size), dtype=np.uint8)
+    noise[:, :4] = np.frombuffer(KINDS[0].header, np.uint8)
     # Sums of twelve bytes are small: what has to agree is drawn from what they can be.
     noise[:, -2] &= 15
     parser = Parser()

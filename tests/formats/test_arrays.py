@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from forcelab.errors import InputError, UnclearRateError
-from forcelab.formats import identify, preview, read
+from forcelab.formats import arrays, identify, preview, read
 from forcelab.formats.recording import ReadOptions
 from tests.formats.array_files import (
     CODES,
@@ -101,6 +101,14 @@ class TestWhatIsRead:
         words = np.array(["grab", "hold"])
         path = write_npz(tmp_path / "a.npz", t=TIMES, force=FORCES, phase=codes, phases=words)
         assert labels(load(path)) == GRAB_AND_HOLD
+
+    def test_words_name_no_dates(self, tmp_path):
+        dates = np.datetime64("2026-11-27", "ns") + (TIMES * 1e9).astype("m8[ns]")
+        arrays = {"time": TIMES, "host_time": dates, "force": FORCES, "label": CODES + 1}
+        path = write_npz(tmp_path / "a.npz", labels=np.array(["grab", "hold"]), **arrays)
+        recording = load(path)
+        assert labels(recording) == GRAB_AND_HOLD
+        assert "Column host_time was left out: it has times, too." in recording.remarks
 
     def test_an_array_alone_is_a_table_without_a_header(self, tmp_path):
         np.save(tmp_path / "a.npy", np.column_stack([TIMES, FORCES]))
@@ -219,6 +227,11 @@ class TestWhatIsRefused:
     def test_what_unpacks_to_more_than_can_be_believed_is_not_read(self, tmp_path):
         path = write_npz(tmp_path / "a.npz", packed=True, force=np.zeros((4 * 10**6, 3), "i1"))
         assert "force is said to hold 12,000,000 values, of which 11," in refusal(path, rate=1e3)
+
+    def test_values_of_many_bytes_are_counted_as_one_each(self, tmp_path, monkeypatch):
+        monkeypatch.setattr(arrays, "ROOM", 2**16)
+        path = write_npz(tmp_path / "a.npz", packed=True, label=np.zeros(10**4, "U16"))
+        assert "label is said to hold 10,000 values, of which" in refusal(path)
 
     def test_sizes_are_compared_with_what_is_there_before_it_is_read(self, tmp_path):
         path = tmp_path / "a.npy"

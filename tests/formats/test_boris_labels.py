@@ -263,7 +263,7 @@ def test_a_table_that_is_not_whole_is_refused_with_its_line(tmp_path, rows, comp
 @pytest.mark.parametrize(
     ("changes", "complaint"),
     [
-        ({"events": [[1, "", "grab", ""]]}, "'pull 7': 'grab' at 1 s never stops"),
+        ({"events": [[1, "", "grab", ""]]}, "'pull 7', 'events', 1: 'grab' at 1 s never stops"),
         ({"events": [["x", "", "grab", ""]]}, r"'events', 1, 1 is 'x' where a number is expected"),
         ({"events": [[1, "", "grab"], [3, "", "grab"], [2, "", "hold"], [4, "", "hold"]]},
          "observation 'pull 7': Segments of one author overlap: .* Make the behaviors exclude"),

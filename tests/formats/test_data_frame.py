@@ -25,6 +25,12 @@ def test_an_array_of_several_columns_is_that_many_channels():
     np.testing.assert_allclose(made.times, np.arange(6) / 100)
 
 
+def test_an_array_of_two_columns_of_words_is_two_columns():
+    words = np.array([["grab", "a"], ["grab", "b"], ["hold", ""]]).repeat(2, axis=0)
+    read = read_frame({"t": STEPS, "fx": FORCE, "w": words}, "pull", ReadOptions(label="w 1"))
+    assert read.tracks[0].actions == ("grab", "hold")
+
+
 def test_a_column_of_labels_becomes_a_track():
     words = ["", "grab", "grab", "grab", None, "hold"]
     read = read_frame({"t": STEPS, "fx": FORCE, "label": words}, "pull", ReadOptions(author="Ada"))

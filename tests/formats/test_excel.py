@@ -75,6 +75,12 @@ def test_each_sheet_with_a_table_is_a_demonstration(tmp_path):
     )
 
 
+def test_the_dialog_is_told_of_the_first_sheet_that_is_read(tmp_path):
+    settings = [["mass", 3.2], ["length", 4.0], ["rate", 5.0]]
+    path = write_workbook(tmp_path / "a.xlsx", {"Settings": settings, "one": TABLE})
+    assert [use.name for use in preview(path, ReadOptions())] == ["t", "fx", "fy"]
+
+
 def test_a_sheet_with_a_mistake_is_left_out_or_refused(tmp_path):
     broken = [*TABLE[:60], [0.7, "oops", 1.0], *TABLE[61:]]
     path = write_workbook(tmp_path / "a.xlsx", {"one": TABLE, "two": broken})

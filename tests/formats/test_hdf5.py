@@ -75,6 +75,17 @@ def test_attributes_tell_units_names_rate_scale_and_what_is_missing(path):
     assert np.allclose(demonstration.signals, expected, equal_nan=True)
 
 
+def test_a_column_that_is_asked_for_by_its_own_name_is_told_apart(path):
+    with h5py.File(path, "w") as file:
+        file["t"], file["pose"], file["speed"] = TIMES, FORCES, FORCES
+        file["pose"].attrs["columns"] = ["left x", "left y", "left z"]
+    options = ReadOptions(signals=("left y",))
+    assert names(read(path, options)[0]) == ["left y"]
+    uses = {use.name: use.use for use in preview(path, options)}
+    columns = {"pose 1": "left out", "pose 2": "signal", "pose 3": "left out"}
+    assert uses == {"t": "times", **columns, "speed": "left out"}
+
+
 def test_uneven_stamps_are_kept(path):
     stamps = np.cumsum(np.random.default_rng(3).uniform(0.001, 0.003, SAMPLES))
     with h5py.File(path, "w") as file:

@@ -213,6 +213,17 @@ def test_texts_that_are_no_actions_are_left_out_before_they_are_too_many(load, p
         assert opened.actions.vocabulary("pen").names == ()
 
 
+def test_actions_of_several_tracks_count_together(load, project):
+    ann, zoe = (
+        Track(name, tuple(Segment(k / 200, (k + 1) / 200, f"{name} {k}") for k in range(501)))
+        for name in ("Ann", "Zoe")
+    )
+    report = load("02.csv", ann, zoe)
+    assert [track.status for track in report.tracks] == ["new", "left out"]
+    assert "With the labels of Zoe, pen would have 1,002 actions" in report.tracks[1].reason
+    assert stored(project, "02", "Ann") == ann.segments
+
+
 def test_importing_the_recording_anew_does_not_replace_what_replaced_an_import(load, project):
     recording = demonstration("02", "pen", 10.0, 1)
     with Project.open(project) as opened:

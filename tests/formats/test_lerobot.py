@@ -148,6 +148,15 @@ def test_signals_are_chosen_by_feature_or_by_number(tmp_path):
         read(tmp_path / "pen", ReadOptions(signals=("grip",)))
 
 
+def test_numbers_are_chosen_by_what_their_names_have_in_common(tmp_path):
+    arm = vectors(["pan.pos", "pan.vel", "lift.pos"])
+    write_dataset(tmp_path / "pen", features=FEATURES | {"action": arm})
+    signals = read(tmp_path / "pen", ReadOptions(signals=("pan",)))
+    assert channels(signals[0]) == [*FORCES, "pan.pos", "pan.vel"]
+    options = ReadOptions(signals=("action",), leave_out=("pan", "observation"))
+    assert channels(read(tmp_path / "pen", options)[0]) == ["lift.pos"]
+
+
 @pytest.mark.parametrize(
     ("added", "names"),
     [

@@ -41,7 +41,7 @@ def test_a_dump_is_told_by_its_packets_wherever_they_start(dump, kind):
 def test_what_only_looks_like_a_dump_is_none(dump):
     data, _ = stream(AXES3, range(7))
     noise = np.random.default_rng(1).bytes(4_000)
-    for other in (data, noise, stream(AXES3, range(50))[0] + noise, AXES3.frame.header * 300):
+    for other in (data, noise, stream(AXES3, range(50))[0] + noise, AXES3.header * 300):
         assert not sniff(Path("dump.bin"), other)
     assert read_single(dump(data), format="optoforce").statistics["packets"] == 7
 

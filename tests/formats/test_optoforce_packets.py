@@ -13,7 +13,6 @@ from forcelab.formats.optoforce_packets import (
     Parser,
     Unwrapper,
     is_faulty,
-    is_overloaded,
     modal_step,
     parse_all,
     status_sentences,
@@ -40,7 +39,7 @@ SERIAL = sealed(bytes([170, 0, 18, 8]) + b"ISE012\0\0")
     [(AXES3, (170, 7, 8, 10), 16), (FOUR, (170, 7, 8, 28), 34), (AXES6, (170, 7, 8, 16), 22)],
 )
 def test_the_kinds_are_those_of_the_protocol(kind, header, size):
-    assert (tuple(kind.frame.header), kind.frame.size) == (header, size)
+    assert (tuple(kind.header), kind.size) == (header, size)
     assert len(packet(kind, 0)) == size
 
 
@@ -102,21 +101,21 @@ def test_after_the_first_packet_other_kinds_mean_nothing():
 
 def test_what_waits_is_never_more_than_an_unfinished_packet():
     parser = Parser()
-    for byte in FOUR.frame.header * 50:
+    for byte in FOUR.header * 50:
         parser.feed(bytes([byte]))
         assert parser.pending < 34
 
 
 def test_a_packet_behind_what_only_began_like_one_comes_at_the_end():
-    data = packet(FOUR, 1) + FOUR.frame.header + packet(FOUR, 2)[:-2]
-    inside = AXES3.frame.header + packet(AXES3, 5)
+    data = packet(FOUR, 1) + FOUR.header + packet(FOUR, 2)[:-2]
+    inside = AXES3.header + packet(AXES3, 5)
     assert [count for _, count, _, _ in in_pieces(data, [])[0]] == [1]
     assert [count for _, count, _, _ in in_pieces(inside, [], AXES3)[0]] == [5]
 
 
 pieces = st.one_of(
     st.binary(max_size=12),
-    st.sampled_from([CONFIGURED, SERIAL, b"'\nb'", *(kind.frame.header for kind in KINDS)]),
+    st.sampled_from([CONFIGURED, SERIAL, b"'\nb'", *(kind.header for kind in KINDS)]),
     st.builds(
         packet,
         st.sampled_from(KINDS),
@@ -151,7 +150,7 @@ def test_every_byte_is_accounted_for(parts, cuts):
     data = b"".join(parts)
     _, parser = in_pieces(data, cuts)
     output = parser.statistics
-    size = parser.kind.frame.size if parser.kind else 0
+    size = parser.kind.size if parser.kind else 0
     lengths = [7 if reply.code is not None else 14 for reply in parser.take_replies()]
     assert output.replies == len(lengths)
     assert output.packets * size + sum(lengths) + output.skipped_bytes == len(data)
@@ -292,7 +291,6 @@ def test_several_things_are_several_sentences():
     assert "Fx, Fy" in status_sentences(0x0300)[0]
 
 
-def test_samples_are_marked_by_kind():
+def test_what_sensor_a_word_is_about_is_no_fault():
     words = np.array([0, 0x0010, 0x0200, 0x0400, 0x8000, 0x000F], np.uint16)
-    assert is_overloaded(words).tolist() == [False, True, True, False, False, False]
-    assert is_faulty(words).tolist() == [False, False, False, True, True, False]
+    assert is_faulty(words).tolist() == [False, True, True, True, True, False]

@@ -160,6 +160,28 @@ def test_vectors_and_structures_are_split_and_pictures_left_out(tmp_path):
     assert "3 samples are missing" in remarks
 
 
+def test_columns_behind_one_that_is_left_out_are_told_by_their_own_rows(tmp_path):
+    """Times without a name are found by their steps."""
+    times, values = np.arange(60) / 30, forces(60)[:, 0]
+    columns = {"many": [[0.0] * 65] * 60, "__index_level_0__": times, "fx": values}
+    path = write_arrow(tmp_path / "a.parquet", columns)
+    np.testing.assert_array_equal(read_single(path).demonstration.times, times)
+    uses = [(use.use, use.cells[1]) for use in preview(path, ReadOptions())]
+    assert uses == [("times", str(times[1])), ("signal", str(values[1]))]
+
+
+def test_further_stamps_of_a_long_table_in_bursts_are_left_out(tmp_path):
+    rows = 70_000
+    columns = {
+        "time": np.repeat(np.arange(rows // 10) / 100, 10),
+        "host time": pa.array(NOON + np.arange(rows) * 10**6, pa.timestamp("ns")),
+        "fx": forces(rows, 1)[:, 0],
+    }
+    recording = read_single(write_arrow(tmp_path / "a.parquet", columns))
+    np.testing.assert_allclose(recording.demonstration.times, np.arange(rows) / 1000, atol=1e-9)
+    assert "Column host time was left out: it has times, too." in recording.remarks
+
+
 def test_a_vector_that_changes_its_length_is_refused_with_its_row(tmp_path):
     vectors = [[1.0, 2.0]] * 30 + [[1.0]] + [[1.0, 2.0]] * 9
     path = write_arrow(tmp_path / "a.parquet", {"t": np.arange(40) / 10, "f": vectors})

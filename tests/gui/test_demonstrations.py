@@ -630,13 +630,13 @@ def test_several_are_removed_at_once_or_none_of_them(listing, document, messages
 
     def exec_(dialog):
         questions.append(dialog)
-        assert dialog.remove.isEnabled() == dialog.others.isHidden()
+        assert dialog.remove.isEnabled() == dialog.consent.isHidden()
         return len(questions) > 1
 
     monkeypatch.setattr(Removal, "exec", exec_)
     action.trigger()
     assert "the labels of bert (on 1)" in questions[0].text.text()
-    assert "bert" in questions[0].others.text()
+    assert "bert" in questions[0].consent.text()
     assert {info.id for info in document.infos} >= set(ids)
     tracks, head = document.project.tracks, document.project.tracks.head
     with monkeypatch.context() as stale:  # bert has gone on labelling one of them meanwhile
@@ -655,17 +655,17 @@ def test_others_labels_go_only_where_that_is_agreed_to(listing, document):
     alone = removal_of([row(listing, "pen-10")], "anna")
     assert alone.remove.isEnabled()
     both = removal_of([row(listing, "pen-2")], "anna")
-    assert "bert" in both.others.text()
+    assert "bert" in both.consent.text()
     assert not both.remove.isEnabled()
-    both.others.click()
+    both.consent.click()
     assert both.remove.isEnabled()
     for name in ("pen-2", "pen-10"):
         listing.menu.assign([id_of(document, name)], "anna")
     blind = [removal_of([row(listing, name)], "anna") for name in ("pen-2", "pen-10")]
-    assert len({dialog.others.text() for dialog in blind}) == 1
+    assert len({dialog.consent.text() for dialog in blind}) == 1
     for dialog in blind:
         words = [label.text() for label in dialog.findChildren(QLabel)]
-        assert not any("bert" in text for text in [*words, dialog.others.text()])
+        assert not any("bert" in text for text in [*words, dialog.consent.text()])
         assert not dialog.remove.isEnabled()
 
 

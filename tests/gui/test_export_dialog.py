@@ -37,7 +37,7 @@ def dialog(document):
     jobs = Jobs(window)
     dialog = ExportDialog(document, jobs, [info.id for info in document.infos], window)
     dialog.author.setCurrentIndex(0)
-    dialog.form.setCurrentIndex(dialog.form.findData("csv"))
+    dialog.format.setCurrentIndex(dialog.format.findData("csv"))
     yield dialog
     dialog.reject()
     jobs.close()
@@ -59,7 +59,7 @@ def test_the_open_demonstration_or_all_that_are_shown(dialog, document, tmp_path
     assert f"grab,{document.author}" in text
     assert "grab,Zoe" in text
     dialog.which.setCurrentIndex(1)
-    dialog.form.setCurrentIndex(dialog.form.findData("audacity"))
+    dialog.format.setCurrentIndex(dialog.format.findData("audacity"))
     dialog.export(tmp_path / "all")
     until(dialog.go.isEnabled)
     assert len(written(tmp_path / "all")) == 2 * len(document.infos)
@@ -105,7 +105,7 @@ def test_the_whole_project_is_offered_beside_what_a_search_has_left(document, tm
     assert offered[1][1:] == ["The whole project (2)"]
     assert all_.which.count() == 2
     searched.which.setCurrentIndex(2)
-    searched.form.setCurrentIndex(searched.form.findData("csv"))
+    searched.format.setCurrentIndex(searched.format.findData("csv"))
     searched.export(tmp_path / "all")
     until(searched.go.isEnabled)
     assert len(written(tmp_path / "all")) == len(ids)
@@ -122,7 +122,7 @@ def test_a_blind_coder_exports_only_what_is_not_hidden(dialog, document, tmp_pat
     until(dialog.go.isEnabled)
     [text] = written(tmp_path / "blind").values()
     assert "Zoe" not in text
-    dialog.form.setCurrentIndex(dialog.form.findData("archive"))
+    dialog.format.setCurrentIndex(dialog.format.findData("archive"))
     dialog.export(tmp_path / "archive")
     until(dialog.go.isEnabled)
     assert "hidden from" in dialog._report_label.text()
@@ -157,15 +157,15 @@ def test_it_begins_with_the_own_labels_as_one_table_and_then_with_the_last_forma
 ):
     shown = [info.id for info in document.infos]
     first = ExportDialog(document, dialog._jobs, shown)
-    assert (first.author.currentText(), first.form.currentData()) == (document.author, "table")
-    first.form.setCurrentIndex(first.form.findData("textgrid"))
+    assert (first.author.currentText(), first.format.currentData()) == (document.author, "table")
+    first.format.setCurrentIndex(first.format.findData("textgrid"))
     first.export(tmp_path)
     until(first.go.isEnabled)
     assert first._report_label.text().startswith("Written: ")
-    first.form.setCurrentIndex(first.form.findData("archive"))
+    first.format.setCurrentIndex(first.format.findData("archive"))
     assert first._report_label.text() == ""  # what was written is no archive
     second = ExportDialog(document, dialog._jobs, shown)
-    assert second.form.currentData() == "textgrid"
+    assert second.format.currentData() == "textgrid"
     for other in (first, second):
         other.reject()
         other.deleteLater()
@@ -175,7 +175,7 @@ def test_models_are_named_where_they_have_tracks_and_predictions_where_a_format_
     dialog, document
 ):
     for name, format_ in FORMATS.items():
-        dialog.form.setCurrentIndex(dialog.form.findData(name))
+        dialog.format.setCurrentIndex(dialog.format.findData(name))
         assert ("predictions" in format_.label) == format_.predictions
         assert ("and predictions" in dialog.author.itemText(0)) == format_.predictions
         assert ("(no predictions)" in dialog.author.itemText(1)) == format_.predictions
@@ -190,7 +190,7 @@ def test_models_are_named_where_they_have_tracks_and_predictions_where_a_format_
 
 def test_labels_go_into_the_dataset_that_was_imported(dialog, tmp_path, until):
     pytest.importorskip("pyarrow")
-    dialog.form.setCurrentIndex(dialog.form.findData("lerobot"))
+    dialog.format.setCurrentIndex(dialog.format.findData("lerobot"))
     assert dialog.go.text() == "Write into dataset…"
     assert not dialog.replacing.isEnabled()
     dialog.export(tmp_path / "none")
@@ -203,7 +203,7 @@ def test_labels_go_into_the_dataset_that_was_imported(dialog, tmp_path, until):
 
 
 def test_formats_of_a_kind_stand_together(dialog):
-    shown = [dialog.form.itemData(i) for i in range(dialog.form.count())]
+    shown = [dialog.format.itemData(i) for i in range(dialog.format.count())]
     assert [name for name in shown if name] == list(FORMATS)
     # A line, which is no format, only between two kinds.
     for before, after in pairwise(name for name in shown if name):

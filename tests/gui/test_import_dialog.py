@@ -416,8 +416,8 @@ def test_clocks_that_are_not_wanted_do_not_stand_still(open_on, tmp_path):
     two = tmp_path / "two.csv"
     two.write_text("time,timestamp,fx\n" + "".join(f"{n},{n}00,{n % 3}\n" for n in range(40)))
     columns = open_on(two).columns
-    columns.wish("time", "left out")
-    columns.wish("timestamp", "signal")
+    columns.choose("time", "left out")
+    columns.choose("timestamp", "signal")
     assert columns.heading.text().startswith("two.csv has no column of times; choose one")
 
 
@@ -570,9 +570,9 @@ def test_signals_beside_force_axes_are_named_until_they_are_left_out(open_on, tm
     assert others.text().startswith("2 columns are no force axes (Trigger, Temperatur) and will be")
     table = columns.table  # all of it is seen, not its beginning
     assert table.viewport().height() >= table.verticalHeader().length()
-    columns.wish("Temperatur", "left out")
+    columns.choose("Temperatur", "left out")
     assert others.text().startswith("Trigger is no force axis and will be read as a signal too;")
-    columns.wish("Trigger", "left out")
+    columns.choose("Trigger", "left out")
     assert not others.isVisible()
 
 
@@ -682,9 +682,9 @@ def test_times_and_labels_are_proposed_by_name_until_others_are_chosen(open_on, 
     dialog = open_on(tmp_path / "a.mat")
     assert list(read_as(dialog).values()) == ["times", "left out", "left out", "labels", "left out"]
     assert dialog.columns.heading.text().startswith("It is not plain which are the signals in a")
-    dialog.columns.wish("rec.beat", "times")
+    dialog.columns.choose("rec.beat", "times")
     assert list(read_as(dialog).values()) == ["left out", "left out", "left out", "labels", "times"]
-    dialog.columns.wish("rec.F", "signal")
+    dialog.columns.choose("rec.F", "signal")
     assert list(read_as(dialog).values()) == ["left out", "signal", "left out", "labels", "times"]
     assert dialog.columns.heading.text().startswith("Columns of a.mat, and what each is read as")
 
@@ -745,9 +745,9 @@ def test_what_is_in_a_file_of_arrays_is_shown_as_a_tree(open_on, tmp_path):
     ]
     table.scrollToBottom()
     place = table.verticalScrollBar().value()
-    dialog.columns.wish("obs/qvel", "signal")
+    dialog.columns.choose("obs/qvel", "signal")
     assert table.verticalScrollBar().value() == place > 0
-    dialog.columns.wish("obs/qvel", "left out")
+    dialog.columns.choose("obs/qvel", "left out")
     assert dialog.columns.heading.text().startswith("It is not plain which are the signals in a")
 
 
@@ -810,7 +810,7 @@ def test_channels_and_markers_of_streams_are_chosen(document, open_on, tmp_path,
     assert uses["Markers"] == "labels"
     assert dialog.columns.heading.text().startswith("Columns of a.xdf")
     for name in ("Pose.Pose 1", "Pose.Pose 2", "Markers"):
-        dialog.columns.wish(name, "left out")
+        dialog.columns.choose(name, "left out")
     QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
     until(lambda: document.id)
     names = [channel.name for channel in document.demonstration.channels]
@@ -910,7 +910,7 @@ def test_episodes_and_features_of_a_dataset_are_chosen(document, open_on, tmp_pa
         "signal",
         "left out",
     )
-    dialog.columns.wish("action", "signal")
+    dialog.columns.choose("action", "signal")
     dialog.episodes.setText("3-1")
     QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
     assert "'3-1' names no episodes; write such as 0-9,12." in report(dialog)

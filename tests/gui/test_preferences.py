@@ -423,7 +423,7 @@ def test_everything_is_remembered_after_a_restart(window, dialog, app):
 
 
 def test_every_page_fits_a_small_window_and_says_what_everything_is(dialog):
-    declared = [getattr(preferences, name) for name in preferences.__all__ if name.isupper()]
+    declared = [value for name, value in vars(preferences).items() if name.isupper()]
     fields = {getattr(item, "field", item) for item in declared}
     rows = [row for page in dialog.pages.values() for row in getattr(page, "rows", ())]
     shown = {row.preference.field for row in rows if hasattr(row, "preference")}

@@ -40,7 +40,7 @@ def test_segments_are_those_of_all_labels_at_once(codes, cuts):
     assert [s.segment.action for s in found] == [s.action for s in expected]
     for mine, theirs in zip(found, expected, strict=True):
         assert (mine.start, mine.end) == pytest.approx((theirs.start, theirs.end))
-    assert (present is None) == (codes[-1] < 0)
+    assert (not present) == (codes[-1] < 0)
 
 
 def test_a_gap_parts_segments_of_one_action():

@@ -18,15 +18,12 @@ WIDTH = SECONDS / COLUMNS
 TOLERANCE = 1.4e-3
 
 
-def devices(*rates):
-    return [SimpleNamespace(channels=AXES, holds=False, rate=rate) for rate in rates]
-
-
 class Streams:
-    """Rings that a recorder would keep."""
+    """Rings that a recorder would keep of devices with these rates (Hz)."""
 
-    def __init__(self, count):
-        self.rings = [RingBuffer(20_000, 3) for _ in range(count)]
+    def __init__(self, *rates):
+        self.devices = [SimpleNamespace(channels=AXES, holds=False, rate=rate) for rate in rates]
+        self.rings = [RingBuffer(20_000, 3) for _ in rates]
 
     def since(self, device, number):
         return self.rings[device].since(number)
@@ -66,8 +63,8 @@ def in_columns(live, x, times, first):
 @pytest.mark.parametrize("block", [7, 64])
 def test_what_is_complete_is_the_offline_scalogram_and_the_rest_is_marked(block):
     times, values = signal(1500)
-    streams = Streams(1)
-    live = LiveScalogram(streams, devices(RATE), "normal 1", SECONDS, COLUMNS, ROWS)
+    streams = Streams(RATE)
+    live = LiveScalogram(streams, "normal 1", SECONDS, COLUMNS, ROWS)
     live.begin()
     n = len(times)
     strip = fed(
@@ -96,8 +93,8 @@ def test_what_is_complete_is_the_offline_scalogram_and_the_rest_is_marked(block)
 def test_a_gap_stays_empty_and_the_stream_goes_on():
     times, values = signal(2000)
     present = np.r_[0:1500, 1600:2000]  # half a second is missing
-    streams = Streams(1)
-    live = LiveScalogram(streams, devices(RATE), "normal 1", SECONDS, COLUMNS, ROWS)
+    streams = Streams(RATE)
+    live = LiveScalogram(streams, "normal 1", SECONDS, COLUMNS, ROWS)
     live.begin()
     blocks = (
         (0, times[present[i : i + 20]], values[present[i : i + 20]]) for i in range(0, 1900, 20)
@@ -111,8 +108,8 @@ def test_a_gap_stays_empty_and_the_stream_goes_on():
 
 
 def test_one_channel_reads_only_the_device_it_is_of():
-    streams = Streams(2)
-    live = LiveScalogram(streams, devices(RATE, RATE), "tangential 2", SECONDS, COLUMNS, ROWS)
+    streams = Streams(RATE, RATE)
+    live = LiveScalogram(streams, "tangential 2", SECONDS, COLUMNS, ROWS)
     live.begin()
     times, values = signal(1500)
     values[:, 1] = values[:, 2]
@@ -127,31 +124,31 @@ def test_one_channel_reads_only_the_device_it_is_of():
 def test_a_channel_without_a_scalogram_is_refused_in_a_sentence():
     assert channels_to_show(AXES) == ("tangential", "normal", "fx", "fy", "fz")
     with pytest.raises(InputError, match="There is no channel 'fq'"):
-        LiveScalogram(Streams(1), devices(RATE), "fq", SECONDS, COLUMNS, ROWS)
+        LiveScalogram(Streams(RATE), "fq", SECONDS, COLUMNS, ROWS)
     with pytest.raises(InputError, match="does not come evenly"):
-        LiveScalogram(Streams(1), devices(0.0), "fx1", SECONDS, COLUMNS, ROWS)
+        LiveScalogram(Streams(0.0), "fx1", SECONDS, COLUMNS, ROWS)
     with pytest.raises(InputError, match="too rarely"):
-        LiveScalogram(Streams(1), devices(5.0), "fx1", SECONDS, COLUMNS, ROWS)
-    measured = LiveScalogram(Streams(1), devices(0.0), "fx1", SECONDS, COLUMNS, ROWS, [RATE])
+        LiveScalogram(Streams(5.0), "fx1", SECONDS, COLUMNS, ROWS)
+    measured = LiveScalogram(Streams(0.0), "fx1", SECONDS, COLUMNS, ROWS, [RATE])
     assert measured.hertz[0] < RATE / 2
 
 
 def test_a_glitch_is_left_out_of_the_picture():
     times, values = signal(1500)
-    streams = Streams(1)
-    live = LiveScalogram(streams, devices(RATE), "normal 1", SECONDS, COLUMNS, ROWS)
+    streams = Streams(RATE)
+    live = LiveScalogram(streams, "normal 1", SECONDS, COLUMNS, ROWS)
     expected = fed(live, streams, [(0, times, values)])
     values[[1200, 1499], 2] = 1e16
-    streams = Streams(1)
-    live = LiveScalogram(streams, devices(RATE), "normal 1", SECONDS, COLUMNS, ROWS)
+    streams = Streams(RATE)
+    live = LiveScalogram(streams, "normal 1", SECONDS, COLUMNS, ROWS)
     strip = fed(live, streams, [(0, times, values)])
     assert strip.high < expected.high + 0.5
 
 
 def test_a_rate_of_few_samples_a_column_leaves_the_others_empty():
     times = 50.0 + np.arange(160) / 20.0
-    streams = Streams(1)
-    live = LiveScalogram(streams, devices(20.0), "fx1", SECONDS, COLUMNS, ROWS)
+    streams = Streams(20.0)
+    live = LiveScalogram(streams, "fx1", SECONDS, COLUMNS, ROWS)
     strip = fed(live, streams, [(0, times, np.random.default_rng(1).normal(size=(160, 3)))])
     filled = np.isfinite(strip.values).all(axis=0)
     assert np.isnan(strip.values[:, ~filled]).all()
@@ -160,7 +157,7 @@ def test_a_rate_of_few_samples_a_column_leaves_the_others_empty():
 
 def test_the_colours_come_back_from_a_glitch_at_once_and_from_a_contact_calmly():
     for size, falls in ((16.0, 2.0), (1.0, 0.9)):
-        live = LiveScalogram(Streams(1), devices(RATE), "fx1", SECONDS, COLUMNS, ROWS)
+        live = LiveScalogram(Streams(RATE), "fx1", SECONDS, COLUMNS, ROWS)
         quiet = np.zeros((ROWS, COLUMNS), dtype=np.float32)
         assert live._colours(quiet + size, 0.2)[1] == pytest.approx(size)
         assert live._colours(quiet, 0.2)[1] == pytest.approx(falls)
@@ -168,8 +165,8 @@ def test_the_colours_come_back_from_a_glitch_at_once_and_from_a_contact_calmly()
 
 def test_memory_stays_that_of_the_last_seconds():
     times, values = signal(6000)
-    streams = Streams(1)
-    live = LiveScalogram(streams, devices(RATE), "normal 1", SECONDS, COLUMNS, ROWS)
+    streams = Streams(RATE)
+    live = LiveScalogram(streams, "normal 1", SECONDS, COLUMNS, ROWS)
     blocks = ((0, times[i : i + 200], values[i : i + 200]) for i in range(0, 6000, 200))
     fed(live, streams, blocks)
     assert len(live._times) == len(live._values) < 2500

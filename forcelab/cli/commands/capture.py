@@ -38,7 +38,7 @@ from typing import Any, TextIO, TypeVar
 
 from forcelab.capture.camera import open_cameras
 from forcelab.capture.device import Device
-from forcelab.capture.device_names import AnyDevice, name_stream, parse_devices
+from forcelab.capture.device_names import name_stream, parse_devices
 from forcelab.capture.discovery import (
     LISTS_CAMERAS,
     FoundCamera,
@@ -290,7 +290,7 @@ def run(arguments: argparse.Namespace) -> int:
         return _record(arguments, devices)
 
 
-def _check(arguments: argparse.Namespace) -> list[AnyDevice]:
+def _check(arguments: argparse.Namespace) -> list[Device]:
     """Refuse what cannot be recorded; gives the devices."""
     if not arguments.device:
         raise UsageError(
@@ -309,7 +309,7 @@ def _check(arguments: argparse.Namespace) -> list[AnyDevice]:
     return devices
 
 
-def _record(arguments: argparse.Namespace, devices: Sequence[AnyDevice]) -> int:
+def _record(arguments: argparse.Namespace, devices: Sequence[Device]) -> int:
     """Record into a project, and recognise meanwhile where that is asked for; 1 if that failed."""
     recogniser = None if arguments.recogniser is None else load_recogniser(arguments.recogniser)
     live = recognition = None
@@ -319,7 +319,7 @@ def _record(arguments: argparse.Namespace, devices: Sequence[AnyDevice]) -> int:
             latency = LATENCY if arguments.latency is None else arguments.latency
             name, stream = arguments.recogniser.stem, arguments.lsl_out
             outlet = LabelOutlet(stream, recogniser.actions) if stream else None
-            live = LiveRecognition(recogniser, name, latency, recorder, devices, outlet)
+            live = LiveRecognition(recogniser, name, latency, recorder, outlet)
         _ready(arguments.project)
         for sentence in _warnings(devices, live):
             print_remark(sentence)

@@ -19,7 +19,6 @@ from forcelab.capture.save import CAPTURES, discard, recover
 from forcelab.errors import InputError
 
 if TYPE_CHECKING:
-    from forcelab.capture.device import Device
     from forcelab.capture.recorder import Recorder
     from forcelab.capture.save import RecoveredRecording, SavedRecording
     from forcelab.demonstration import Channel
@@ -39,8 +38,8 @@ FRAME_INTERVAL = 0.2
 #: What became of a recording that ran when its devices were released: what was kept, or why not.
 UnfinishedRecording = tuple["SavedRecording | None", str]
 #: Make what follows the open devices of a recorder.
-RecogniserFactory = Callable[["Recorder", "Sequence[Device]"], "LiveRecognition"]
-ScalogramFactory = Callable[["Recorder", "Sequence[Device]"], "LiveScalogram"]
+RecogniserFactory = Callable[["Recorder"], "LiveRecognition"]
+ScalogramFactory = Callable[["Recorder"], "LiveScalogram"]
 
 
 class LiveTrack:
@@ -162,7 +161,6 @@ class Connection:
         self.recorder: Recorder | None = None
         #: What is recognised meanwhile.
         self.track = LiveTrack()
-        self._devices: Sequence[Device] = ()
         self._recording = False
         self._lock = threading.Lock()  # held by whatever uses the recorder
         self._released = False
@@ -170,7 +168,7 @@ class Connection:
     @property
     def channels(self) -> tuple[Channel, ...]:
         """The channels that a demonstration of all open devices has; none while none is open."""
-        devices = () if self.recorder is None else self._devices
+        devices = () if self.recorder is None else self.recorder.devices
         return channels_of_all([device.channels for device in devices])
 
     def open_devices(
@@ -186,10 +184,9 @@ class Connection:
         with self._lock:
             if self._released:  # the window was closed meanwhile
                 return
-            devices = parse_devices(names)
-            recorder = Recorder(path, devices, open_cameras(cameras))
+            recorder = Recorder(path, parse_devices(names), open_cameras(cameras))
             recorder.open()
-            self.recorder, self._devices = recorder, devices
+            self.recorder = recorder
 
     def start_recording(self, task: str, name: str, author: str) -> Generator[None, None, str]:
         """Record from now on; gives the demonstration's name."""
@@ -230,7 +227,7 @@ class Connection:
         with self._lock:
             if self.recorder is None:
                 return
-            live = create(self.recorder, self._devices)
+            live = create(self.recorder)
             self.track.begin(live, keeping=self._recording)
         try:
             while self.recorder is not None:
@@ -261,7 +258,7 @@ class Connection:
         recorder = self.recorder
         if recorder is None:
             return
-        live = create(recorder, self._devices)
+        live = create(recorder)
         begun = False
         while True:
             with self._lock:

@@ -33,7 +33,6 @@ from forcelab.gui.theme import colours
 from forcelab.gui.widgets import ElidedComboBox
 
 if TYPE_CHECKING:
-    from forcelab.capture.device import Device
     from forcelab.capture.recorder import Recorder
     from forcelab.live.scalogram import LiveScalogram, RollingImage
 
@@ -231,12 +230,10 @@ class LiveScalogramView(LivePlot):
             self.invalidate()  # the legend may have other ends
 
 
-def _build_scalogram(
-    channel: str, rates: Sequence[float], recorder: Recorder, devices: Sequence[Device]
-) -> LiveScalogram:
+def _build_scalogram(channel: str, rates: Sequence[float], recorder: Recorder) -> LiveScalogram:
     from forcelab.live.scalogram import LiveScalogram
 
-    return LiveScalogram(recorder, devices, channel, SECONDS, COLUMNS, ROWS, rates)
+    return LiveScalogram(recorder, channel, SECONDS, COLUMNS, ROWS, rates)
 
 
 class ScalogramChoice(ElidedComboBox):

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import time
 from collections import deque
-from collections.abc import Generator, Sequence
+from collections.abc import Generator
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -26,7 +26,6 @@ from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 
 if TYPE_CHECKING:
-    from forcelab.capture.device import Device
     from forcelab.capture.recorder import Recorder
     from forcelab.live.recognition import LatencyBudget, LiveRecognition
     from forcelab.recognition.recogniser import Recogniser
@@ -207,16 +206,14 @@ class RecognitionController(QObject):
         self.changed.emit()
 
 
-def _follow_devices(
-    loaded: LoadedRecogniser, sending: bool, recorder: Recorder, devices: Sequence[Device]
-) -> LiveRecognition:
+def _follow_devices(loaded: LoadedRecogniser, sending: bool, recorder: Recorder) -> LiveRecognition:
     # Only a window in which something is recognised live loads it.
     from forcelab.live.label_outlet import LabelOutlet
     from forcelab.live.recognition import LiveRecognition
 
     recogniser, latency = loaded.recogniser, loaded.budget.latency
     outlet = LabelOutlet(STREAM, recogniser.actions) if sending and can_send() else None
-    return LiveRecognition(recogniser, loaded.selection.name, latency, recorder, devices, outlet)
+    return LiveRecognition(recogniser, loaded.selection.name, latency, recorder, outlet)
 
 
 def _load_recogniser(

@@ -472,9 +472,8 @@ class VideoPanels(QWidget):
 
     def close_video(self, patience: float = STOP_TIMEOUT) -> bool:
         """Close all videos; gives whether no thread is left after `patience` seconds for each."""
-        closed = [
-            panel.close_video(patience) for panel in self.panels
-        ]  # not only up to the first that is at work
+        # All of them, not only up to the first that is at work.
+        closed = [panel.close_video(patience) for panel in self.panels]
         return all(closed)
 
     def sizeHint(self) -> QSize:

@@ -9,7 +9,7 @@ import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QByteArray, QPoint, QPointF, QSignalBlocker, QSize, Qt
-from PySide6.QtGui import QCloseEvent, QImage, QMouseEvent
+from PySide6.QtGui import QImage, QMouseEvent
 from PySide6.QtWidgets import (
     QApplication,
     QCheckBox,
@@ -155,15 +155,15 @@ class VideoPreview(QWidget):
         self._requested_time = 0.0
         self._open: tuple[VideoReference, Demonstration] | None = None
         self.frames = VideoFrames(self)
-        self.picture = _FrameView("Opening the video…")
+        self.picture = _FrameView()
         self.picture.setAccessibleName("Frame of the video")
         self.slider = QSlider(Qt.Orientation.Horizontal)
         self.slider.setAccessibleName("Frame")
         self.spin = seconds_box("Time on the video's own clock")
-        self.back, self.on = QToolButton(), QToolButton()
+        self.previous_button, self.next_button = QToolButton(), QToolButton()
         for button, arrow, name, step in (
-            (self.back, Qt.ArrowType.LeftArrow, "Frame before", -1),
-            (self.on, Qt.ArrowType.RightArrow, "Next frame", 1),
+            (self.previous_button, Qt.ArrowType.LeftArrow, "Frame before", -1),
+            (self.next_button, Qt.ArrowType.RightArrow, "Next frame", 1),
         ):
             button.setArrowType(arrow)
             button.setAutoRepeat(True)
@@ -172,7 +172,9 @@ class VideoPreview(QWidget):
             button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
             button.clicked.connect(lambda _=False, step=step: self.show_frame(self.number + step))
         label = label_of(self.spin, "&Video time")
-        row = fill_layout(QHBoxLayout(), label, self.spin, self.back, self.on, 1)
+        row = fill_layout(
+            QHBoxLayout(), label, self.spin, self.previous_button, self.next_button, 1
+        )
         fill_layout(QVBoxLayout(self), (self.picture, 1), self.slider, row, margins=0)
         self.frames.opened.connect(self._opened)
         self.frames.frame_ready.connect(self._shown)
@@ -224,7 +226,7 @@ class VideoPreview(QWidget):
 
     @property
     def _controls(self) -> tuple[QWidget, ...]:
-        return (self.slider, self.spin, self.back, self.on)
+        return (self.slider, self.spin, self.previous_button, self.next_button)
 
     def _opened(self, times: NDArray[np.float64]) -> None:
         """Begin at the frame that was asked for."""
@@ -257,28 +259,22 @@ class VideoPreview(QWidget):
 class _FrameView(PictureView):
     """The frame with its number, or a message in its place."""
 
-    def __init__(self, message: str) -> None:
+    caption: str = ""
+    message: str = ""
+
+    def __init__(self) -> None:
         super().__init__()
-        self._message, self._caption = message, ""
         self.setMinimumSize(320, 200)
-
-    @property
-    def caption(self) -> str:
-        return self._caption
-
-    @property
-    def message(self) -> str:
-        return self._message
 
     def sizeHint(self) -> QSize:
         return QSize(480, 300)
 
     def show_image(self, image: QImage, caption: str) -> None:
-        self._message, self._caption = "", caption
+        self.message, self.caption = "", caption
         self.set_image(image)
 
     def say(self, message: str) -> None:
-        self._message, self._caption = message, ""
+        self.message, self.caption = message, ""
         self.set_image(None)
 
 
@@ -321,9 +317,8 @@ class SynchroniseDialog(QDialog):
     ) -> None:
         super().__init__(parent)
         self._remembering = remembering
-        demonstration = document.demonstration
-        assert demonstration is not None
         self.document = document
+        demonstration = self.demonstration
         self.video = video or demonstration.find_video()
         self.choice: ElidedComboBox | None = None
         self.preview = VideoPreview()
@@ -349,6 +344,12 @@ class SynchroniseDialog(QDialog):
         self._show_cursor()
         self.show_video(self.video)
         self._restore()
+
+    @property
+    def demonstration(self) -> Demonstration:
+        """The open demonstration, with which the dialog is closed."""
+        assert self.document.demonstration is not None
+        return self.document.demonstration
 
     @property
     def settled(self) -> bool:
@@ -458,11 +459,10 @@ class SynchroniseDialog(QDialog):
 
     def show_video(self, video: VideoReference) -> None:
         """Synchronise this video of the demonstration."""
-        assert self.document.demonstration is not None
         self.jobs.cancel(KEY)
         set_enabled_with_reason(self.propose_button, "")
         self.video, self.stored = video, video.clock
-        self.preview.open(video, self.document.demonstration)
+        self.preview.open(video, self.demonstration)
         self.preview.show_time(float(self.stored.to_device(self.document.view.cursor)))
         self.reset()
 
@@ -500,12 +500,9 @@ class SynchroniseDialog(QDialog):
 
     def propose(self) -> None:
         """Search for the clock in the background."""
-        demonstration = self.document.demonstration
-        if demonstration is None:
-            return
         set_enabled_with_reason(self.propose_button, "Wait until the search is over.")
         self.trouble.clear()
-        search = propose_clock_for(demonstration, self.video.name)
+        search = propose_clock_for(self.demonstration, self.video.name)
         self.jobs.run(search, self._proposed, self._failed, self._progress, KEY)
 
     def reset(self) -> None:
@@ -519,8 +516,8 @@ class SynchroniseDialog(QDialog):
         if new is not None:
             if not self.document.set_video_clock(new, self.video.name):
                 return
-            sentence = f"The video has a new clock: {_offset_sentence(new)}; it had "
-            self.document.show_message(sentence + f"{_offset_sentence(before)}.")
+            old, now = _offset_sentence(before), _offset_sentence(new)
+            self.document.show_message(f"The video has a new clock: {now}; it had {old}.")
         super().accept()
 
     def done(self, result: int) -> None:
@@ -531,10 +528,6 @@ class SynchroniseDialog(QDialog):
         self.preview.close_video()
         super().done(result)
         self.deleteLater()  # with it go its connections to the document
-
-    def closeEvent(self, event: QCloseEvent) -> None:
-        self.reject()
-        super().closeEvent(event)
 
     # The proposal
 
@@ -561,9 +554,8 @@ class SynchroniseDialog(QDialog):
 
     def _choose(self) -> None:
         assert self.choice is not None
-        assert self.document.demonstration is not None
         if (name := self.choice.currentText()) != self.video.name:
-            self.show_video(self.document.demonstration.find_video(name))
+            self.show_video(self.demonstration.find_video(name))
 
     def _fitted(self, taps: list[tuple[float, float]]) -> tuple[ClockMap, float]:
         """The clock through taps (video s, force s), and its residual (s).

@@ -154,11 +154,11 @@ def recall_choice(project: Path, task: str) -> TrainingChoice:
 
 
 def recall_automatic(project: Path) -> bool:
-    return settings.flag(f"{_project_section(project)}/automatic")
+    return settings.flag(settings.key_of("training", project, "automatic"))
 
 
 def remember_automatic(project: Path, automatic: bool) -> None:
-    settings.store(f"{_project_section(project)}/automatic", automatic)
+    settings.store(settings.key_of("training", project, "automatic"), automatic)
 
 
 def remember_choice(project: Path, task: str, training: TrainingChoice) -> None:
@@ -183,15 +183,5 @@ def _recall_json(project: Path, task: str, name: str) -> dict[str, Any] | None:
     return values if isinstance(values, dict) else None
 
 
-def _project_section(project: Path) -> str:
-    return "training/" + _without_separators(str(project.resolve()))
-
-
 def _task_key(project: Path, task: str, name: str) -> str:
-    """The key of a value of a task, which may be called anything."""
-    return f"{_project_section(project)}/task {_without_separators(task)}/{name}"
-
-
-def _without_separators(text: str) -> str:
-    """A text without what separates the parts of a key."""
-    return text.replace("/", "|").replace("\\", "|")
+    return settings.key_of("training", project, f"task {task}", name)

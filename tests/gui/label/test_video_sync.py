@@ -153,7 +153,7 @@ def test_the_video_is_stepped_without_the_cursor(document, dialog, until):
     document.view.seek(2.0)
     dialog.preview.spin.setValue(1.0)
     assert dialog.preview.number == 30
-    press(dialog.preview.on)
+    press(dialog.preview.next_button)
     assert dialog.preview.number == 31
     assert dialog.preview.time == pytest.approx(31 * FRAME)
     dialog.preview.slider.setValue(12)
@@ -294,8 +294,8 @@ def test_everything_is_reached_by_keyboard_and_named(dialog):
         dialog.cancel_button,
         dialog.preview.slider,
         dialog.preview.spin,
-        dialog.preview.back,
-        dialog.preview.on,
+        dialog.preview.previous_button,
+        dialog.preview.next_button,
     )
     for widget in named:
         assert widget.accessibleName()
