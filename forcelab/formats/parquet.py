@@ -21,7 +21,7 @@ from forcelab.errors import InputError
 from forcelab.extras import load_extra
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.signatures import naming_damage
-from forcelab.formats.table import BodyReader, make_recording, preview_layout, typed_layout
+from forcelab.formats.table import BodyReader, make_recordings, preview_layout, typed_layout
 from forcelab.formats.table_columns import choose_roles
 from forcelab.formats.table_sniff import Layout
 from forcelab.jobs import Progress
@@ -71,7 +71,7 @@ def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Rec
             reader.read(numbers, {index: columns[index] for index in read_columns})
             first += batch.num_rows
             yield Progress(min(first - 1, rows), rows, f"reading {path.name}")
-    return [make_recording(path.stem, reader.finish(), options, table.remarks)]
+    return make_recordings(path.stem, reader.finish(), options, table.remarks)
 
 
 def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:

@@ -594,6 +594,69 @@ def test_the_only_column_that_begins_empty_is_proposed_as_labels(table, header, 
         assert [segment.action for segment in load(path).tracks[0].segments] == ["grab"]
 
 
+def in_one_table(*parts, header="who,trial,t,fx,note"):
+    """Recordings below each other: of each what tells it from the others, and its rows."""
+    rows = [
+        f"{told},{i / 100 + start},{i % 7 + place},{'grab' if i > 30 else ''}"
+        for place, (told, start, count) in enumerate(parts)
+        for i in range(count)
+    ]
+    return "\n".join([header, *rows])
+
+
+class TestRecordingsInOneTable:
+    def test_columns_with_which_times_begin_again_tell_recordings_apart(self, table):
+        text = in_one_table(("Ann,1", 0, 50), ("Ann,2", 0, 60), ("Ben,1", 0.02, 55))
+        recordings = read(table(text), ReadOptions(task="pull"))
+        found = [recording.demonstration for recording in recordings]
+        expected = ["Ann trial 1", "Ann trial 2", "Ben trial 1"]
+        assert [d.name for d in found] == [f"reach 07 {name}" for name in expected]
+        assert [d.times.size for d in found] == [50, 60, 55]
+        for place, recording in enumerate(recordings):
+            assert channels(recording) == [("fx", "")]
+            times, signals = recording.demonstration.times, recording.demonstration.signals
+            np.testing.assert_allclose(times, np.arange(times.size) / 100, atol=1e-12)
+            np.testing.assert_array_equal(signals[:, 0], np.arange(times.size) % 7 + place)
+            assert [segment.start for segment in recording.tracks[0].segments] == [0.31]
+            assert (
+                "Times begin again with 'who', 'trial', so that the file holds 3 recordings."
+                in (recording.remarks)
+            )
+            assert not any("left out" in remark for remark in recording.remarks)
+
+    def test_values_that_come_again_are_numbered(self, table):
+        text = in_one_table(("a", 0, 50), ("b", 0, 50), ("a", 0, 50), header="trial,t,fx,note")
+        names = [r.demonstration.name for r in read(table(text), ReadOptions())]
+        assert names == ["reach 07 a", "reach 07 b", "reach 07 a 2"]
+
+    @pytest.mark.parametrize(
+        "parts",
+        [
+            [("Ann,1", 0, 50), ("Ann,1", 0, 60)],  # nothing tells them apart
+            [("Ann,1", 0, 50), ("Ann,2", 0, 25), ("Ann,2", 0, 25)],
+            [("Ann,1", 0, 30), ("Ann,2", 0.3, 30), ("Ann,3", 0, 60)],
+        ],
+    )
+    def test_what_is_not_told_apart_runs_backwards(self, table, parts):
+        assert "time runs backwards" in refusal(table(in_one_table(*parts)))
+
+    def test_a_stamp_that_jitters_where_a_column_changes_begins_no_recording(self, table):
+        text = in_one_table(("Ann,1", 0, 50), ("Ann,2", 0.48, 50))
+        (recording,) = read(table(text), ReadOptions())
+        assert recording.demonstration.times.size == 98
+
+    @pytest.mark.parametrize("told", ["one,1 two,1", "1,one 2,one"])
+    def test_a_column_that_is_left_out_tells_them_apart_and_a_signal_stays_one(self, table, told):
+        path = table(in_one_table(*((part, 0, 50) for part in told.split())))
+        for name in ("who", "trial"):
+            recordings = read(path, ReadOptions(leave_out=(name,)))
+            assert len(recordings) == 2
+            assert all(channels(recording)[-1] == ("fx", "") for recording in recordings)
+        if "1,one" in told:
+            recordings = read(path, ReadOptions(signals=("who",)))
+            assert [r.demonstration.signals[0, 0] for r in recordings] == [1, 2]
+
+
 SIX = "".join(f"{i / 100},{i % 7},{i % 5},{i % 3},{i % 9},{i % 4},{i % 8}\n" for i in range(50))
 BOTH_HANDS = [f"{hand} {axis}" for hand in ("left", "right") for axis in ("fx", "fy", "fz")]
 
