@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import ForcelabError, InputError
-from forcelab.formats.fields import Field, name_forces, values_within, with_sensors
+from forcelab.formats.fields import Field, name_forces, numbered, values_within, with_sensors
 from forcelab.formats.recording import (
     ANY_USE,
     ColumnUse,
@@ -426,11 +426,10 @@ class _ArrayTable:
         """An array's columns as numbers that belong together, with their names."""
         number, leaf = array.width(self.rows), array.leaf or "column"
         forces, _ = name_forces(array.leaf, number)
-        names: tuple[str, ...] = (leaf,)
+        names = numbered(leaf, number)
         if number > 1:
-            counted = tuple(f"{leaf} {i + 1}" for i in range(number))
             given = self._column_names(array, number)
-            names = given or forces or counted
+            names = given or forces or names
             if len(forces) == 6 and not given and "force" in array.leaf.lower():
                 self._wrenches.append(array)
         leaves = tuple((i,) for i in range(number))
@@ -577,11 +576,9 @@ class _ArrayTable:
                 yield from _unread(array)
             elif width == 1 or apart or not array.path:
                 table = array.sample_table(self.rows, slice(3))
-                for place in range(width):
+                for place, name in enumerate(numbered(array.path, width)):
                     row = read.get(place) or ColumnUse("", "", "left out", _few(table[:, place]))
-                    name = array.path if width == 1 else f"{array.path} {place + 1}"
-                    name = name if array.path else row.name
-                    yield replace(row, name=name, size=array.size_text)
+                    yield replace(row, name=name if array.path else row.name, size=array.size_text)
             else:
                 cells = _few(array.sample_table(self.rows, slice(1))[0])
                 use = read[0].use

@@ -349,17 +349,16 @@ def _file_name(address: str) -> str:
 
 def _is_number(value: object) -> bool:
     """Whether a text is a number, as values of tables are imported."""
-    return isinstance(value, str) and re.fullmatch(r"\d{1,6}(?:\.\d{0,20})?", value) is not None
+    return isinstance(value, str) and bool(re.fullmatch(r"-?\d{1,15}(?:\.\d{0,20})?", value))
 
 
 def _seconds(value: JsonValue) -> float:
     """A time of a time series, which may be a text."""
-    text = value.value
-    if isinstance(text, str):
-        if re.fullmatch(r"-?\d{1,15}(?:\.\d{0,20})?", text):
-            return float(text)
+    if _is_number(value.value):
+        return float(value.value)
+    if isinstance(value.value, str):
         raise InputError(
-            f"{value.where} is {text[:40]!a}, no number of seconds; export with times as numbers "
-            f"from the start (no timeFormat)."
+            f"{value.where} is {value.value[:40]!a}, no number of seconds; export with times as "
+            f"numbers from the start (no timeFormat)."
         )
     return value.number()

@@ -21,7 +21,7 @@ from forcelab.errors import InputError
 from forcelab.extras import load_extra
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.signatures import naming_damage
-from forcelab.formats.table import BodyReader, make_recordings, preview_layout, typed_layout
+from forcelab.formats.table import TableReader, make_recordings, preview_layout, typed_layout
 from forcelab.formats.table_columns import choose_roles
 from forcelab.formats.table_sniff import Layout
 from forcelab.jobs import Progress
@@ -58,7 +58,7 @@ def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Rec
     table = _sniff_table(path)
     options = table.name_parts(options)
     roles = choose_roles(table.layout, options)
-    reader = BodyReader(table.layout, roles)
+    reader = TableReader(table.layout, roles)
     read_columns = [i for i in range(len(table.layout.columns)) if i not in roles.left_out]
     sources = [source for source in table.sources if not roles.left_out.issuperset(source.indices)]
     first = 1

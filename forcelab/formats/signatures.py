@@ -165,13 +165,11 @@ def naming_file(path: Path) -> Iterator[None]:
         sentence = str(error) if path.name in str(error) else f"'{path}': {error}"
         # Who tells it may know a cure of its kind of error.
         raise type(error)(_one_line(sentence)) from error
-    except FileNotFoundError as error:
-        sentence = f"'{path}' does not exist; check its spelling and folder."
-        raise InputError(_one_line(sentence)) from error
     except OSError as error:
-        reason = error.strerror or str(error)
-        sentence = f"'{path}' cannot be read: {reason}; check its rights and its disk."
-        raise InputError(_one_line(sentence)) from error
+        problem = f"cannot be read: {error.strerror or error}; check its rights and its disk."
+        if isinstance(error, FileNotFoundError):
+            problem = "does not exist; check its spelling and folder."
+        raise InputError(_one_line(f"'{path}' {problem}")) from error
 
 
 #: What libraries raise over damaged files; of XML and of headers it is a SyntaxError.

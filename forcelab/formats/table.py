@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError, UnclearRateError
+from forcelab.formats import boris
 from forcelab.formats.label_tables import is_label_table, own_or_beside_tracks
 from forcelab.formats.recording import (
     ColumnUse,
@@ -52,7 +53,6 @@ from forcelab.formats.table_sniff import (
     NotANumberError,
     cell_type,
     column_kinds,
-    continues_name,
     find_layout,
     head_lines,
     is_comment,
@@ -86,7 +86,7 @@ _TABLE_SHARE = 0.5
 
 def sniff(path: Path, head: bytes) -> bool:
     """Whether a file is a text table: rows of numbers, or a text called ``.csv`` or ``.tsv``."""
-    if not is_text(head):
+    if not is_text(head) or boris.sniff_labels(path, head):
         return False
     if path.suffix.lower() in _SUFFIXES:
         return True
@@ -251,20 +251,6 @@ def make_recording(
     return Recording(demonstration, tracks, tuple(remarks))
 
 
-#: More rows with another number of cells than this share (and than one) are no slip of a logger.
-_RAGGED_SHARE = 0.05
-#: Rows read before that share is looked at.
-_RAGGED_ROWS = 1000
-
-
-#: Cells of a column, or an array of the numbers, dates or times of the day that it holds.
-TypedColumn: TypeAlias = Sequence[str] | NDArray[Any]
-
-
-#: Why a column is left out that counts although its name does not say so.
-_GUESSED_NOTE = "its steps count samples; if it is a signal, import it as one (--signal)"
-
-
 @dataclass(frozen=True)
 class Table:
     """The n rows of a table, or the first ones, and what each of its columns is used for."""
@@ -301,18 +287,16 @@ class Table:
     @property
     def counter(self) -> int | None:
         """The column whose counts stand in for times, where there are none."""
-        if self.roles.time is not None:
-            return None
-        return (
-            min(self.counters, default=None) if self.roles.counter is None else self.roles.counter
-        )
+        if self.roles.time is None and self.roles.counter is None:
+            return min(self.counters, default=None)
+        return self.roles.counter
 
     def use(self, index: int) -> tuple[Use, str]:
         """What a column is used for, and why it becomes no channel; empty where that is plain."""
         column, roles, words = self.layout.columns[index], self.roles, self.words.get(index)
         use: Use = "left out"
         why = ""
-        if roles.time is not None and index in (roles.time, roles.nanoseconds):
+        if index in (roles.time, roles.nanoseconds):
             use = "times"
         elif index == self.label or index in roles.authors:
             use = "labels"
@@ -329,14 +313,12 @@ class Table:
         elif index in self.counters:
             use = "counter"
             if index != roles.counter and not (column.named and is_counter_name(column.name)):
-                why = _GUESSED_NOTE
+                why = "its steps count samples; if it is a signal, import it as one (--signal)"
             elif index != self.counter:  # of which a remark says that it places the rows
                 why = "it counts the samples"
         elif words is not None:
             why = "empty" if words.empty else "words, not numbers"
-        elif is_index(column, self.layout.cells(index)) and continues_name(
-            self.values[index], column
-        ):
+        elif is_index(column, self.layout.cells(index), self.values[index]):
             why = "it only counts the rows"
         else:
             use = "signal"
@@ -357,6 +339,10 @@ class Table:
         if strict:
             raise InputError(f"{self.layout.path}, {line}: {text}; mend it or let it be repaired.")
         return (f"{text}.",)
+
+
+#: Cells of a column, or an array of the numbers, dates or times of the day that it holds.
+TypedColumn: TypeAlias = Sequence[str] | NDArray[Any]
 
 
 def typed_layout(
@@ -386,7 +372,12 @@ def _as_cells(column: TypedColumn) -> Sequence[str]:
     return ["" if text == "nan" else text.removesuffix(".0") for text in map(str, column.tolist())]
 
 
-class BodyReader:
+#: More rows with another number of cells than this share (and than one) are no slip of a logger;
+#: looked at once so many rows have been read.
+_RAGGED_SHARE, _RAGGED_ROWS = 0.05, 1000
+
+
+class TableReader:
     """Reads the columns of a table block by block.
 
     Errors name the line of the first cell that is not what its column holds.
@@ -425,8 +416,7 @@ class BodyReader:
         first = not self._lines
         self._lines.append(np.array(line_numbers, np.int64))
         self._ragged.append(np.zeros(len(line_numbers), np.bool_) if ragged is None else ragged)
-        total = sum(block.size for block in self._ragged)
-        if ragged is not None and ragged.any() and total >= _RAGGED_ROWS:
+        if ragged is not None and ragged.any() and sum(map(len, self._ragged)) >= _RAGGED_ROWS:
             self._refuse_ragged()
         for index, column in columns.items():
             if index in self._words:
@@ -504,7 +494,7 @@ def read_rows(
 
     `letters` is about how many they have, 0 where that is not known.
     """
-    dialect, reader, done = layout.dialect, BodyReader(layout, roles), 0
+    dialect, reader, done = layout.dialect, TableReader(layout, roles), 0
     rest = [i for i in range(len(layout.columns)) if i not in reader.plain]
     for line_numbers, rows in row_blocks:
         if done:
@@ -536,7 +526,7 @@ def _sample_table(layout: Layout, roles: ColumnRoles) -> Table:
     for index in roles.numeric:
         pairs = [(cell, cell_type(cell, layout.dialect.decimal)) for cell in columns[index]]
         columns[index] = [cell if kind is CellType.NUMBER else "" for cell, kind in pairs]
-    reader = BodyReader(layout, replace(roles, time=None))
+    reader = TableReader(layout, replace(roles, time=None))
     reader.read(range(1, len(layout.sample) + 1), columns)
     return replace(reader.finish(), roles=roles)
 
@@ -555,14 +545,9 @@ def _parse_block(
         return None
     if any('"' in row for row in rows):
         return None
+    used = columns if others else None
     try:
-        table = np.loadtxt(
-            rows,
-            delimiter=mark,
-            comments=None,
-            ndmin=2,
-            usecols=columns if others else None,
-        )
+        table = np.loadtxt(rows, delimiter=mark, comments=None, ndmin=2, usecols=used)
     except ValueError:
         return None
     if table.shape != (len(rows), len(columns)):

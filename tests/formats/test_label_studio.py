@@ -6,14 +6,13 @@ The spelling of exports is that of the server's JSON and of label-studio-sdk's c
 from __future__ import annotations
 
 import json
-import shutil
 from itertools import pairwise
 from pathlib import Path
 from urllib.parse import unquote
 from xml.etree import ElementTree as ET
 
 import pytest
-from factories import demonstration_with_video, foam_demonstration
+from factories import cached_project, foam_demonstration, make_filmed_project
 from fuzz.text_mutations import mutated_bytes, mutated_json
 
 from forcelab.cli import main
@@ -34,20 +33,11 @@ ZOE = (Segment(0.0, 0.2, "grab"),)
 MODEL = "model mlp 3"
 
 
-@pytest.fixture(scope="module")
-def filmed(tmp_path_factory):
-    """A demonstration whose video starts 0.4 s before its forces, labelled by two."""
-    folder = tmp_path_factory.mktemp("filmed")
-    with Project.create(folder / "study.forcelab") as project:
-        added = project.demonstrations.add(demonstration_with_video(folder, ClockMap(-0.4)))
-        for author, segments in (("Ann", ANN), ("Zoe", ZOE)):
-            project.tracks.edit(added.id, author, (), segments, "painted")
-        return project.path
-
-
 @pytest.fixture
-def project(filmed, tmp_path):
-    return Path(shutil.copytree(filmed, tmp_path / filmed.name))
+def project(tmp_path):
+    """A demonstration whose video starts 0.4 s before its forces, labelled by two."""
+    tracks = ("Ann", ANN), ("Zoe", ZOE)
+    return cached_project(make_filmed_project, tmp_path / "study.forcelab", tracks)
 
 
 def predictions(project):
