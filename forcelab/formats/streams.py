@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.formats.alignment import TimedStream, align_streams
-from forcelab.formats.fields import Field, values_within, with_sensors
+from forcelab.formats.fields import Field, unknown_name, values_within, with_sensors
 from forcelab.formats.label_tables import own_or_beside_tracks
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording, Use
 from forcelab.formats.table_columns import MOST_LABELS, is_unlabelled, missing_remark
@@ -182,7 +182,7 @@ def _field(stream: Stream) -> Field:
 
 
 def _timed(stream: Stream, field: Field, zero: float) -> TimedStream:
-    """The chosen channels of a stream, in nanoseconds as others that it is aligned with."""
+    """The chosen channels of a stream, as what comes onto one clock with others."""
     places = {address: i for i, address in enumerate(stream.addresses)}
     chosen = [places[address] for address in field.addresses]
     known = np.abs(stream.times - zero) < _ABSURD  # nor is NaN
@@ -197,9 +197,7 @@ def _chosen_events(events: Sequence[Events], options: ReadOptions) -> list[Event
     if options.label is not None:
         chosen = [found for found in events if values_within(found.name, options.label)]
         if not chosen:
-            names = [found.name for found in events]
-            cure = f"name one of {listed(names)}" if names else "there are none"
-            raise InputError(f"it has no events called '{options.label}'; {cure}.")
+            raise unknown_name(options.label, "events", [found.name for found in events])
         return chosen
     return [found for found in events if not values_within(found.name, *options.leave_out)]
 

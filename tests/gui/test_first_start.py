@@ -12,10 +12,10 @@ from factories import (
     perform_grips,
     render_placeholder,
 )
-from PySide6.QtCore import QPoint, Qt, QTimer
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QCommandLinkButton, QLineEdit
+from PySide6.QtWidgets import QCommandLinkButton, QLineEdit
 from window_helpers import answer_dialog, named
 
 from forcelab.gui import settings
@@ -311,16 +311,14 @@ def test_nothing_is_made_where_nothing_is_imported(start_page, recordings, until
     assert hint(start_page) == ""
 
 
-def test_what_is_dropped_on_the_page_goes_the_same_way(start_page, recordings, until):
-    proposed = []
-
-    def answer():
-        dialog = QApplication.activeModalWidget()
-        proposed.append(dialog.project_name.text())
-        dialog.reject()
-
-    QTimer.singleShot(0, start_page, answer)
-    start_page.opening.ask_import(tuple(recordings.iterdir()))
+def test_what_is_dropped_on_the_page_goes_the_same_way(start_page, recordings):
+    proposed, files = [], tuple(recordings.iterdir())
+    answer_dialog(
+        start_page,
+        ImportDialog,
+        lambda: start_page.opening.ask_import(files),
+        lambda dialog: proposed.append(dialog.project_name.text()),
+    )
     assert proposed == ["pulls.forcelab"]
     assert start_page.document.project is None
 

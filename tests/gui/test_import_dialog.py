@@ -534,7 +534,7 @@ def read_as(dialog):
 
 def choose(dialog, name, use):
     row = [column.name for column in dialog.columns.uses].index(name)
-    box = dialog.columns.table.cellWidget(row, 2).findChild(QComboBox)
+    box = dialog.columns.table.cellWidget(row, import_dialog._USE).findChild(QComboBox)
     box.setCurrentIndex(box.findData(use))
     box.activated.emit(box.currentIndex())
 
@@ -542,7 +542,7 @@ def choose(dialog, name, use):
 def test_the_choices_do_not_touch(german, app):
     table = german.columns.table
     app.processEvents()
-    boxes = [table.cellWidget(row, 2).findChild(QComboBox) for row in range(3)]
+    boxes = [table.cellWidget(row, import_dialog._USE).findChild(QComboBox) for row in range(3)]
     tops = [box.mapTo(table, box.rect().topLeft()).y() for box in boxes]
     assert min(b - a - boxes[0].height() for a, b in pairwise(tops)) >= 4
 
@@ -588,9 +588,9 @@ def test_a_counter_can_be_made_a_signal_and_a_signal_be_left_out(document, germa
 def units_asked(dialog):
     """The fields for units, by the columns' names; none while the column is hidden."""
     table, columns = dialog.columns.table, dialog.columns.uses
-    if table.isColumnHidden(4):
+    if table.isColumnHidden(import_dialog._UNIT):
         return {}
-    cells = {column.name: table.cellWidget(row, 4) for row, column in enumerate(columns)}
+    cells = {c.name: table.cellWidget(row, import_dialog._UNIT) for row, c in enumerate(columns)}
     return {name: cell.findChild(QLineEdit) for name, cell in cells.items() if cell is not None}
 
 
@@ -726,12 +726,20 @@ def test_of_very_many_columns_the_first_are_shown(open_on, tmp_path, monkeypatch
     assert "wide.csv (the first 3 of 9)" in columns.heading.text()
 
 
+def test_the_name_of_a_file_is_no_markup(open_on, tmp_path):
+    path = tmp_path / "<h1>pull.csv"
+    path.write_text("t,fx\n" + "".join(f"{row / 50},{row % 9}\n" for row in range(99)))
+    columns = open_on(path).columns
+    assert "<h1>pull.csv" in columns.heading.text()
+    assert columns.heading.height() < 2 * columns.heading.fontMetrics().height()
+
+
 def test_what_is_in_a_file_of_arrays_is_shown_as_a_tree(open_on, tmp_path):
     dialog = open_on(write_fold(tmp_path / "a.npz"))
     dialog.resize(680, 560)  # too low for all of its rows
     table = dialog.columns.table
     rows = [
-        [item.text().strip() if (item := table.item(row, place)) else "" for place in (0, 3)]
+        [item.text().strip() if (item := table.item(row, place)) else "" for place in (0, 1)]
         for row in range(table.rowCount())
     ]
     assert rows == [
