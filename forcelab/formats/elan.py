@@ -246,17 +246,11 @@ def read_labels(path: Path, options: LabelOptions) -> list[LabelSet]:
     document = _Document(path)
     tiers = document.tiers()
     tracks, remarks = tracks_of_tiers(tiers, options)
-    names = [Path(name).stem for name in document.media if not document.on_force_clock]
-    return [
-        LabelSet(
-            next(filter(None, names), own_stem(path)),
-            tracks,
-            remarks=(*document.remarks, *remarks),
-            media={} if document.on_force_clock else document.media,
-            resolution=0.001,
-            tiers=tuple(tier.name for tier in tiers),
-        )
-    ]
+    media = {} if document.on_force_clock else document.media
+    name = next(filter(None, (Path(file).stem for file in media)), own_stem(path))
+    remarks = [*document.remarks, *remarks]
+    names = tuple(tier.name for tier in tiers)
+    return [LabelSet(name, tracks, None, tuple(remarks), media, resolution=0.001, tiers=names)]
 
 
 @dataclass(slots=True)

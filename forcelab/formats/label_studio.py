@@ -275,9 +275,7 @@ class _TaskLabels:
         remarks = tuple(
             f"{left_out(number, what)}." for what, number in self.left_out.items() if number
         )
-        return LabelSet(
-            self.name, tracks, remarks=remarks, media=self._media, resolution=self._resolution
-        )
+        return LabelSet(self.name, tracks, None, remarks, self._media, self._resolution)
 
     def _timeline(self, value: JsonValue, data: JsonValue) -> Iterator[tuple[float, float]]:
         """The times of ranges of frames, both of which belong to them."""

@@ -301,6 +301,11 @@ class TestTime:
         path = table("fx,clk [s],time\n5,0,3\n6,.1,2\n7,.3,1\n")
         assert read_single(path, time=wish).demonstration.times.tolist() == [0, 0.1, 0.3]
 
+    @pytest.mark.parametrize("name", ["label", "labels of Ann"])
+    def test_a_column_of_labels_that_is_named_as_times_is_refused(self, table, name):
+        path = table(f"time,{name},fx\n0,0,1\n.1,1,2\n.2,1,3\n")
+        assert "cannot hold both times and labels" in refusal(path, time=name)
+
     def test_an_unknown_column_is_refused_with_those_there_are(self, table):
         assert "time, fx, fy" in refusal(table(SMALL), time="clock")
         assert "no column '9' of labels" in refusal(table(SMALL), label="9")
@@ -923,6 +928,7 @@ def test_columns_that_are_not_wanted_become_no_channels(counter_table):
         (np.arange(50), False),  # too few to tell
         (np.repeat(np.arange(400), [1] * 399 + [3]), False),  # stands still at last
         (np.full(200, np.nan), True),
+        ([2e9, 1e8, 5e6, 2.5e5], True),  # as of a device that is restarted in each row
     ],
 )
 def test_what_is_no_counter_stays_a_signal(values, named):
