@@ -35,11 +35,13 @@ _POINT_NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?", re.
 _COMMA_NUMBER = re.compile(r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 
 #: ISO 8601 date and time, one with its day first and points (31.05.2024 12:00:00), or a time of the
-#: day alone, in 24 hours or with AM or PM, before which some write a narrow blank. Of the named
-#: groups the date's are either all of one of the two or none.
+#: day alone, in 24 hours or with AM or PM, before which some write a narrow blank, or one that has
+#: passed, as pandas writes it (0 days 00:00:01.5). Of the named groups the date's are either all of
+#: one of the two or none.
 STAMP = re.compile(
     r"(?:(?P<year>\d{4})[-/](?P<month>\d\d?)[-/](?P<day>\d\d?)(?:T|\s+)"
-    r"|(?P<first_day>\d\d?)\.(?P<then_month>\d\d?)\.(?P<last_year>\d{4}),?\s+)?"
+    r"|(?P<first_day>\d\d?)\.(?P<then_month>\d\d?)\.(?P<last_year>\d{4}),?\s+"
+    r"|(?P<days>\d+) days? )?"
     r"(?P<hour>\d\d?):(?P<minute>\d\d)(?::(?P<second>\d\d)(?:[.,](?P<fraction>\d+))?)?"
     r"(?:[\s\u00a0\u202f]*(?P<half>[AP])\.?M\.?)?\s*(?P<zone>Z|UTC|[+-]\d\d(?::?\d\d)?)?",
     re.ASCII | re.IGNORECASE,
@@ -601,12 +603,17 @@ def find_layout(
 
 
 def _vicon_table(rows: Sequence[Line]) -> tuple[Sequence[Line], float | None]:
-    """Of a Vicon export the lines of its first table, and its samples a second on line 2."""
-    first = next((k for k, (_, text) in enumerate(rows[:10]) if _VICON.match(text)), None)
+    """Of a Vicon export the lines of its first table, and its samples a second.
+
+    They are the number nearest above its names: before it there may be one of events, with the
+    frames a second of the cameras.
+    """
+    first = next((k for k, (_, text) in enumerate(rows) if _VICON.match(text)), None)
     if first is None:
         return rows, None
     texts = [text for _, text in rows]
-    rate = _positive(texts[1].strip(" ,;\t")) if first > 1 else None
+    rates = (_positive(text.strip(" ,;\t")) for text in reversed(texts[:first]))
+    rate = next(filter(None, rates), None)
     return rows[: _first_blank(texts, first)], rate
 
 
@@ -673,11 +680,35 @@ def _header(
         last -= 1
     if last < 0 or not split[last]:
         return [], [], 0
-    words = [cell.strip() for cell in split[last]]
-    units = [word.strip("[](){}").strip() for word in words]
-    if last > 0 and split[last - 1] and all(not unit or is_unit(unit) for unit in units):
-        return split[last - 1], words, len(above) - last + 1
-    return split[last], [], len(above) - last
+    names, units, first = [cell.strip() for cell in split[last]], list[str](), last
+    if last > 0 and (higher := split[last - 1]):
+        if all(not (unit := name.strip("[](){} ")) or is_unit(unit) for name in names):
+            names, units, first = higher, names, last - 1
+        elif 2 * names.count("") >= len(names) and not any(
+            not name and not high.strip() for name, high in zip(names, higher, strict=True)
+        ):
+            # As pandas writes columns of several levels, the index has its name on a line below.
+            names = [name or high for name, high in zip(names, higher, strict=True)]
+            first = last - 1
+    if first > 0 and (grouped := _grouped_names(names, split[first - 1])):
+        names, first = grouped, first - 1
+    return names, units, len(above) - first
+
+
+def _grouped_names(names: Sequence[str], groups: Sequence[str]) -> list[str]:
+    """Names of which some repeat, those behind their group's; none where that does not mend it.
+
+    A group's name stands above each of its columns, or above the first one alone.
+    """
+    counts = Counter(name.strip() for name in names)
+    group, result = "", []
+    for name, cell in zip(names, groups, strict=False):
+        group = cell.strip() or group
+        result.append(f"{group} {name}".strip() if name and counts[name.strip()] > 1 else name)
+    named = [name for name in result if name]
+    # In a Vicon export these are long: what the device is called, and how it is connected.
+    vicon = {"frame", "sub frame"} <= {name.lower() for name in names}
+    return [] if result == list(names) or vicon or len(set(named)) < len(named) else result
 
 
 def _header_cells(

@@ -443,7 +443,7 @@ def add_buttons(
     dialog: QDialog, text: str, press: Callable[..., object]
 ) -> tuple[QPushButton, QPushButton]:
     """Add the button that does what a dialog is for, its default, and Close below all else."""
-    buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+    buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close, dialog)
     go = buttons.addButton(text, QDialogButtonBox.ButtonRole.ActionRole)
     go.clicked.connect(press)
     buttons.rejected.connect(dialog.reject)

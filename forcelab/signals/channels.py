@@ -18,7 +18,8 @@ from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 
 _AXIS = re.compile(
-    r"(?:(?P<before>.*\w)[ _.\-])?(?:f|force)[ _.\-]?(?P<axis>[xyz])(?:[ _.\-]?(?P<behind>\w+))?",
+    r"(?:(?P<before>.*\w)[ _.\-])?(?:f|force|(?P<german>kraft))[ _.\-]?"
+    r"(?P<axis>[xyz])(?:[ _.\-]?(?P<behind>\w+))?",
     re.I,
 )
 
@@ -53,9 +54,12 @@ def _sensors(names: Sequence[str], requested: Collection[str]) -> dict[str, dict
     sensors: dict[str, dict[str, int]] = {}
     for column, name in enumerate(names):
         match = _AXIS.fullmatch(name.strip())
-        # Recognisers were trained on columns such as left_fx before these were known for axes.
-        if match and not (match["before"] and name in requested):
-            sensor = sensors.setdefault(" ".join(filter(None, match.group(1, 3))).lower(), {})
+        # Recognisers were trained on columns such as left_fx or Kraft X before these were known for
+        # axes.
+        if match and not ((match["before"] or match["german"]) and name in requested):
+            sensor = sensors.setdefault(
+                " ".join(filter(None, match.group("before", "behind"))).lower(), {}
+            )
             sensor.setdefault(match["axis"].lower(), column)
     return {key: axes for key, axes in sensors.items() if set(axes) == {"x", "y", "z"}}
 

@@ -157,7 +157,7 @@ def test_a_file_of_robomimic_is_a_demonstration_a_group(path):
             group["actions"], group["rewards"] = np.zeros((SAMPLES, 7)), np.zeros(SAMPLES)
         file["data"].attrs["env_args"] = '{"env_name": "Lift"}'
         file["mask/train"] = np.array([b"demo_0", b"demo_1"])
-    assert "agentview_image (200 × 4 × 4 × 3), obs/robot0_eef_pos (200 × 3)" in refusal(path)
+    assert "signals among actions (200 × 7), obs/robot0_eef_pos (200 × 3)" in refusal(path)
     recordings = read(path, ReadOptions(signals=("obs/robot0_eef_pos",), rate=20.0))
     found = [recording.demonstration for recording in recordings]
     assert [d.name for d in found] == [f"pull demo_{i}" for i in (0, 1, 2, 10)]
@@ -170,6 +170,17 @@ def test_a_file_of_robomimic_is_a_demonstration_a_group(path):
     listed = {"actions", "obs/agentview_image", "obs/robot0_eef_pos", "rewards", "mask/train"}
     assert set(uses) == listed
     assert uses["obs/agentview_image"].choices == ("left out",)
+
+
+def test_what_robomimic_keeps_a_step_later_is_no_second_sensor(path):
+    with h5py.File(path, "w") as file:
+        for name in ("obs", "next_obs"):
+            file[f"data/demo_0/{name}/robot0_ee_force"] = FORCES
+        file["data/demo_1/next_obs/robot0_ee_force"] = FORCES
+    first, second = read(path, ReadOptions(rate=20.0))
+    assert channel_names(first) == channel_names(second) == ["fx", "fy", "fz"]
+    assert "Read from obs/robot0_ee_force." in first.remarks
+    assert "Read from next_obs/robot0_ee_force." in second.remarks
 
 
 def test_a_file_of_aloha_needs_its_rate_and_what_to_read(path):

@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from forcelab.errors import InputError
-from forcelab.formats import identify, preview
+from forcelab.formats import identify, preview, read
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.formats.table import sniff
 from forcelab.formats.table_columns import counter_ticks, is_counter_name
@@ -565,6 +565,124 @@ class TestRealRecordings:
         assert recording.remarks == ()
 
 
+@pytest.mark.parametrize(
+    ("header", "expected"),
+    [
+        ("t,fx,Aktion", "labels"),
+        ("t,fx,fz [N]", "left out"),
+        ("t,fx,", "left out"),
+        ("t,fx,note,Aktion", "left out"),
+        ("t,fx,label,Aktion", "left out"),
+    ],
+)
+def test_the_only_column_that_begins_empty_is_proposed_as_labels(table, header, expected):
+    width = header.count(",") - 1
+    rows = [f"{i / 500},{i % 7}{',' * width}" for i in range(1000)]
+    rows += [f"{2 + i / 500},1{',' * width}grab" for i in range(100)]
+    path = table("\n".join([header, *rows]))
+    assert preview(path, ReadOptions())[-1].use == expected
+    if expected == "labels":
+        assert [segment.action for segment in read_single(path).tracks[0].segments] == ["grab"]
+
+
+def in_one_table(*parts, header="who,trial,t,fx,note"):
+    """Recordings below each other: of each what tells it from the others, and its rows."""
+    rows = [
+        f"{told},{i / 100 + start},{i % 7 + place},{'grab' if i > 30 else ''}"
+        for place, (told, start, count) in enumerate(parts)
+        for i in range(count)
+    ]
+    return "\n".join([header, *rows])
+
+
+class TestRecordingsInOneTable:
+    def test_columns_with_which_times_begin_again_tell_recordings_apart(self, table):
+        text = in_one_table(("Ann,1", 0, 50), ("Ann,2", 0, 60), ("Ben,1", 0.02, 55))
+        recordings = read(table(text), ReadOptions(task="pull"))
+        found = [recording.demonstration for recording in recordings]
+        expected = ["Ann trial 1", "Ann trial 2", "Ben trial 1"]
+        assert [d.name for d in found] == [f"reach 07 {name}" for name in expected]
+        assert [d.times.size for d in found] == [50, 60, 55]
+        for place, recording in enumerate(recordings):
+            assert channels(recording) == [("fx", "")]
+            times, signals = recording.demonstration.times, recording.demonstration.signals
+            np.testing.assert_allclose(times, np.arange(times.size) / 100, atol=1e-12)
+            np.testing.assert_array_equal(signals[:, 0], np.arange(times.size) % 7 + place)
+            assert [segment.start for segment in recording.tracks[0].segments] == [0.31]
+            assert (
+                "Times begin again with 'who', 'trial', so that the file holds 3 recordings."
+                in (recording.remarks)
+            )
+            assert not any("left out" in remark for remark in recording.remarks)
+
+    def test_values_that_come_again_are_numbered(self, table):
+        text = in_one_table(("a", 0, 50), ("b", 0, 50), ("a", 0, 50), header="trial,t,fx,note")
+        names = [r.demonstration.name for r in read(table(text), ReadOptions())]
+        assert names == ["reach 07 a", "reach 07 b", "reach 07 a 2"]
+
+    @pytest.mark.parametrize(
+        "parts",
+        [
+            [("Ann,1", 0, 50), ("Ann,1", 0, 60)],  # nothing tells them apart
+            [("Ann,1", 0, 50), ("Ann,2", 0, 25), ("Ann,2", 0, 25)],
+            [("Ann,1", 0, 30), ("Ann,2", 0.3, 30), ("Ann,3", 0, 60)],
+        ],
+    )
+    def test_what_is_not_told_apart_runs_backwards(self, table, parts):
+        assert "time runs backwards" in refusal(table(in_one_table(*parts)))
+
+    def test_a_stamp_that_jitters_where_a_column_changes_begins_no_recording(self, table):
+        text = in_one_table(("Ann,1", 0, 50), ("Ann,2", 0.48, 50))
+        (recording,) = read(table(text), ReadOptions())
+        assert recording.demonstration.times.size == 98
+
+    @pytest.mark.parametrize("told", ["one,1 two,1", "1,one 2,one"])
+    def test_a_column_that_is_left_out_tells_them_apart_and_a_signal_stays_one(self, table, told):
+        path = table(in_one_table(*((part, 0, 50) for part in told.split())))
+        for name in ("who", "trial"):
+            recordings = read(path, ReadOptions(leave_out=(name,)))
+            assert len(recordings) == 2
+            assert all(channels(recording)[-1] == ("fx", "") for recording in recordings)
+        if "1,one" in told:
+            recordings = read(path, ReadOptions(signals=("who",)))
+            assert [r.demonstration.signals[0, 0] for r in recordings] == [1, 2]
+
+
+SIX = "".join(f"{i / 100},{i % 7},{i % 5},{i % 3},{i % 9},{i % 4},{i % 8}\n" for i in range(50))
+BOTH_HANDS = [f"{hand} {axis}" for hand in ("left", "right") for axis in ("fx", "fy", "fz")]
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        ",left,left,left,right,right,right\n,fx,fy,fz,fx,fy,fz\ntime,,,,,,\n",
+        "hand,left,left,left,right,right,right\naxis,fx,fy,fz,fx,fy,fz\ntime,,,,,,\n",
+        ",left,,,right,,\ntime,fx,fy,fz,fx,fy,fz\n",
+        ",left,,,right,,\ntime,fx,fy,fz,fx,fy,fz\ns,,,,,,\n",
+    ],
+)
+def test_a_header_of_two_levels_names_the_sensor_and_its_axes(table, header):
+    recording = read_single(table(header + SIX))
+    assert [name for name, _ in channels(recording)] == BOTH_HANDS
+    assert recording.remarks == ()
+    assert recording.demonstration.times[1] == 0.01
+
+
+@pytest.mark.parametrize(
+    ("header", "remarks"),
+    [
+        ("a title,,,,,,\ntime,fx,fy,fz,fx,fy,fz\n", ["1 line before", "'fx 2' (column 5)"]),
+        ("a title,,,,,,\ntime,fx,fy,fz,mx,my,\n", ["1 line before", "called column 7"]),
+        ("title,,,,,,\ntime,fx,,,,,\n", ["1 line before", "called column 3, column 4"]),
+    ],
+)
+def test_a_title_above_the_header_is_no_level_of_it(table, header, remarks):
+    recording = read_single(table(header + SIX))
+    assert recording.demonstration.channels[0].name == "fx"
+    for expected, remark in zip(remarks, recording.remarks, strict=True):
+        assert expected in remark
+
+
 def vicon(samples, after=""):
     """Two forces at 1 kHz beside video at 100 Hz, as Vicon exports them."""
     rows = [f"{i // 10 + 1},{i % 10},{i % 7 / 4},{i % 9 / 4}\n" for i in samples]
@@ -585,6 +703,16 @@ def test_a_vicon_export_has_its_rate_and_its_counters(table):
     assert "The file says that there are 1000 samples a second." in result
     assert "'Frame' counts the samples and places the rows: 23 of 400 were lost." in result
     assert "More tables follow in the file; only the first one was read." in result
+
+
+def test_a_vicon_export_has_the_rate_of_its_devices_not_of_the_events_before_them(table):
+    events = "".join(f"S01,Left,Foot Strike,{i / 4},The instant\n" for i in range(12))
+    before = f"Events\n100\nSubject,Context,Name,Time (s),Description\n{events}\n"
+    after = "\nTrajectories\n100\n,,a:LFHD,,\nFrame,Sub Frame,X,Y,Z\n,,mm,mm,mm\n"
+    after += "".join(f"{i},0,1.5,2.5,3.5\n" for i in range(1, 900))
+    (recording,) = read(table(before + vicon(range(400), after)), ReadOptions())
+    assert [c.name for c in recording.demonstration.channels] == ["Fx", "Fz"]
+    np.testing.assert_allclose(recording.demonstration.times, np.arange(400) / 1000)
 
 
 def test_frame_and_sub_frame_count_together_wherever_they_stand(table):
