@@ -160,16 +160,18 @@ def _restarts(table: Table) -> tuple[list[int], list[int]]:
         # Not where times only jitter.
         if stamps[row - 1] - stamps[row] > 0.5 * (stamps[row - 1] - stamps[starts[-1]]):
             starts.append(row)
+    several = min(np.diff([*starts, stamps.size]), default=0) > 1  # samples in each of them
+    if len(starts) == 1 or not several:
+        return [0], []
     taken = {roles.label, *roles.authors, roles.counter, roles.nanoseconds}
     columns = {index: text.codes for index, text in table.words.items()} | table.values
-    telling, changes = [], set[int]()
+    telling, changes = [], np.empty(0, np.intp)
     for index in sorted(columns.keys() - taken):
-        own = set((np.flatnonzero(columns[index][1:] != columns[index][:-1]) + 1).tolist())
-        if own and own.issubset(starts):
+        own = np.flatnonzero(columns[index][1:] != columns[index][:-1]) + 1
+        if 0 < own.size < len(starts) and np.isin(own, starts).all():
             telling.append(index)
-            changes |= own
-    several = min(np.diff([*starts, stamps.size]), default=0) > 1  # samples in each of them
-    return (starts, telling) if several and changes == set(starts[1:]) else ([0], [])
+            changes = np.union1d(changes, own)
+    return (starts, telling) if changes.size == len(starts) - 1 else ([0], [])
 
 
 def _values(table: Table, columns: Sequence[int], row: int) -> str:
