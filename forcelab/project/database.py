@@ -14,13 +14,7 @@ from typing import Final
 from urllib.parse import quote
 
 from forcelab.errors import InputError, StoreBusyError
-from forcelab.project.files import (
-    DEMONSTRATIONS,
-    STORED_ID,
-    STORED_VIDEO,
-    check_file,
-    check_folder,
-)
+from forcelab.project.files import DEMONSTRATIONS, STORED_ID, STORED_VIDEO, check_file, check_folder
 from forcelab.project.records import AuthorKind
 from forcelab.project.schema import APPLICATION_ID, MIGRATIONS, check_version, migrate, pragma
 
@@ -297,15 +291,13 @@ def _check_values(connection: sqlite3.Connection, folder: Path) -> None:
         violation = " OR ".join(conditions)
         if connection.execute(f"SELECT 1 FROM {table} WHERE {violation} LIMIT 1").fetchone():
             raise InputError(_damaged(folder, f"the table '{table}' holds what cannot be"))
-    for row in connection.execute("SELECT id FROM demonstration"):
-        if not STORED_ID.fullmatch(row["id"]):
-            raise InputError(_damaged(folder, "a demonstration's id is none"))
-    for row in connection.execute("SELECT file FROM video"):
-        if not STORED_VIDEO.fullmatch(row["file"]):
-            raise InputError(_damaged(folder, "a video has a name that forcelab does not give"))
-    for row in connection.execute("SELECT id FROM recogniser"):
-        if not STORED_ID.fullmatch(row["id"]):
-            raise InputError(_damaged(folder, "a recogniser's id is none"))
+    for query, pattern, damage in (
+        ("SELECT id FROM demonstration", STORED_ID, "a demonstration's id is none"),
+        ("SELECT file FROM video", STORED_VIDEO, "a video has a name that forcelab does not give"),
+        ("SELECT id FROM recogniser", STORED_ID, "a recogniser's id is none"),
+    ):
+        if not all(pattern.fullmatch(name) for (name,) in connection.execute(query)):
+            raise InputError(_damaged(folder, damage))
 
 
 def _damaged(folder: Path, damage: str) -> str:
@@ -541,11 +533,9 @@ class Database:
                 f"changed; put it back or open it where it is now."
             )
 
-    @contextlib.contextmanager
-    def reading(self) -> Iterator[None]:
+    def reading(self) -> contextlib.AbstractContextManager[None]:
         """A transaction in which the project stands still, whatever others commit."""
-        with self._transaction("BEGIN"):
-            yield
+        return self._transaction("BEGIN")
 
     @contextlib.contextmanager
     def _transaction(self, begin: str) -> Iterator[None]:
@@ -567,33 +557,30 @@ class Database:
         """Whether there is a transaction now."""
         return self._connection.in_transaction
 
+    @contextlib.contextmanager
+    def without_trigger(self, trigger: str) -> Iterator[None]:
+        """Lift one of the triggers by which the store refuses to change what people did.
 
-@contextlib.contextmanager
-def without_trigger(database: Database, trigger: str) -> Iterator[None]:
-    """Lift one of the triggers by which the store refuses to change what people did.
+        Only inside a transaction, in which no other process can write: it is back at its end,
+        whatever happens.
+        """
+        (keeper,) = self.all("SELECT sql FROM sqlite_schema WHERE name = ?", trigger)
+        self.execute(f"DROP TRIGGER {trigger}")
+        yield
+        self.execute(keeper["sql"])
 
-    Only inside a transaction, in which no other process can write: it is back at its end, whatever
-    happens.
-    """
-    keeper = database.one("SELECT sql FROM sqlite_schema WHERE name = ?", trigger)
-    assert keeper is not None
-    database.execute(f"DROP TRIGGER {trigger}")
-    yield
-    database.execute(keeper["sql"])
+    def give_back(self) -> None:
+        """Make the file smaller where much of it is free; otherwise the next run fills that.
 
-
-def give_back(database: Database) -> None:
-    """Make the store's file smaller where much of it is free; otherwise the next run fills that.
-
-    SQLite writes it anew, whole or not at all. Where it cannot, as the disk is full or another
-    program is at work, the file stays as large as it was.
-    """
-    pages, free, size = map(database.pragma, ("page_count", "freelist_count", "page_size"))
-    if free * size < LEAST or free < SHARE * pages:
-        return
-    with contextlib.suppress(InputError):
-        database.execute("VACUUM")
-        database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+        SQLite writes it anew, whole or not at all. Where it cannot, as the disk is full or another
+        program is at work, the file stays as large as it was.
+        """
+        pages, free, size = map(self.pragma, ("page_count", "freelist_count", "page_size"))
+        if free * size < LEAST or free < SHARE * pages:
+            return
+        with contextlib.suppress(InputError):
+            self.execute("VACUUM")
+            self.execute("PRAGMA wal_checkpoint(TRUNCATE)")
 
 
 def fits(number: int) -> bool:

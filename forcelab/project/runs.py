@@ -21,14 +21,7 @@ from typing import Any
 
 from forcelab.errors import ForcelabError, InputError
 from forcelab.project import files
-from forcelab.project.database import (
-    Database,
-    Value,
-    content_errors,
-    fits,
-    give_back,
-    without_trigger,
-)
+from forcelab.project.database import Database, Value, content_errors, fits
 from forcelab.project.files import RECOGNISERS
 from forcelab.project.records import utc_now
 
@@ -212,13 +205,7 @@ class RunStore:
         return tuple(map(_run, self._db.all(f"SELECT {_RUN} FROM run ORDER BY id")))
 
     def get(self, number: int) -> StoredRun:
-        """One run.
-
-        Raises
-        ------
-        InputError
-            If there is no such run, or it is damaged.
-        """
+        """One run; InputError if there is none of this number, or it is damaged."""
         return _run(self._row(number))
 
     def summaries(self, kind: str | None = None) -> tuple[RunSummary, ...]:
@@ -248,8 +235,10 @@ class RunStore:
             If it has no kind or labels are not in the project.
         """
         columns = self._provenance_columns(provenance)
+        if not kind.strip():
+            raise InputError("A run needs a kind, such as 'evaluate'.")
         with self._db.writing():
-            return self._insert_run(kind, result, columns)
+            return self._db.insert("run", kind=kind, result=_to_json(dict(result)), **columns)
 
     def add_recogniser(
         self, name: str, data: bytes | str | PathLike[str], provenance: Provenance
@@ -269,13 +258,8 @@ class RunStore:
         InputError
             If it has no name, labels are not in the project or the file cannot be read.
         """
-        columns = self._provenance_columns(provenance)
-        with files.file_errors(f"The recogniser '{name}' was not added to '{self._db.folder}'"):
-            content = data if isinstance(data, bytes) else Path(data).read_bytes()
-            id_ = _recogniser_id(content)
-            with self._adding_recogniser(id_):
-                self._insert_recogniser(id_, name, content, columns)
-        return id_
+        with self._adding_recogniser(name, data, provenance) as id_:
+            return id_
 
     def add_training(
         self,
@@ -292,29 +276,16 @@ class RunStore:
         As :meth:`add` and :meth:`add_recogniser`, the latter with the labels `trained_on`. The
         recogniser's id is added to the result as ``"recogniser"``.
         """
-        columns = self._provenance_columns(provenance)
-        of_recogniser = self._provenance_columns(replace(provenance, labels=trained_on))
-        id_ = _recogniser_id(content)
-        with (
-            files.file_errors(f"The recogniser '{name}' was not added to '{self._db.folder}'"),
-            self._adding_recogniser(id_),
-        ):
-            number = self._insert_run(kind, dict(result) | {"recogniser": id_}, columns)
-            self._insert_recogniser(id_, name, content, of_recogniser)
-        return number
+        of_recogniser = replace(provenance, labels=trained_on)
+        with self._adding_recogniser(name, content, of_recogniser) as id_:
+            return self.add(kind, provenance, dict(result) | {"recogniser": id_})
 
     def recognisers(self) -> tuple[StoredRecogniser, ...]:
         """Every recogniser, the first one first."""
         return tuple(map(_recogniser, self._db.all("SELECT * FROM recogniser ORDER BY rowid")))
 
     def recogniser_path(self, id_: str) -> Path:
-        """The file of a recogniser.
-
-        Raises
-        ------
-        InputError
-            If there is no such recogniser or its file is missing.
-        """
+        """The file of a recogniser; InputError if there is no such one, or its file is missing."""
         if not self._db.one("SELECT 1 FROM recogniser WHERE id = ?", id_):
             raise InputError(
                 f"There is no recogniser '{id_}' in '{self._db.folder}' any more; train it again."
@@ -388,19 +359,16 @@ class RunStore:
         verdicts stay, but no longer tell which run they were given on. A recogniser that another
         run has as well stays. Room that is free then is given back to the disk.
 
-        Raises
-        ------
-        InputError
-            If there is no such run.
+        InputError if there is no such run.
         """
         with self._db.writing():
             self._row(number, "id")
             if self._db.one("SELECT 1 FROM verdict WHERE run = ?", number):
-                with without_trigger(self._db, "verdict_is_not_changed"):
+                with self._db.without_trigger("verdict_is_not_changed"):
                     self._db.execute("UPDATE verdict SET run = NULL WHERE run = ?", number)
             recogniser_id = self._delete(number)
         self._delete_file(recogniser_id)
-        give_back(self._db)
+        self._db.give_back()
 
     def forget(self, number: int, proposer: str) -> bool:
         """Delete a run that another one has taken the place of, with its recogniser.
@@ -425,10 +393,7 @@ class RunStore:
     def remove_recogniser(self, id_: str) -> None:
         """Delete a recogniser for good; a run that it belongs to keeps what it found.
 
-        Raises
-        ------
-        InputError
-            If there is no such recogniser.
+        InputError if there is no such recogniser.
         """
         with self._db.writing():
             if not self._db.one("SELECT 1 FROM recogniser WHERE id = ?", id_):
@@ -499,42 +464,38 @@ class RunStore:
                 f"demonstration '{used.demonstration}'."
             )
 
-    def _insert_run(
-        self, kind: str, result: Mapping[str, Any], columns: Mapping[str, Value]
-    ) -> int:
-        if not kind.strip():
-            raise InputError("A run needs a kind, such as 'evaluate'.")
-        return self._db.insert("run", kind=kind, result=_to_json(dict(result)), **columns)
-
     @contextlib.contextmanager
-    def _adding_recogniser(self, id_: str) -> Iterator[None]:
-        """A transaction that adds a recogniser, whose file is marked until that is committed."""
-        mark = self._db.folder / RECOGNISERS / f"{id_}.{files.UNCOMMITTED}"
-        try:
-            with self._db.writing():
-                # Inside the transaction: a process that opens the project now would remove it.
-                files.mark_uncommitted(mark)
-                yield
-        except BaseException:
-            with contextlib.suppress(ForcelabError, OSError):  # the next opening does it
-                self.clear_uncommitted()
-            raise
-        with contextlib.suppress(OSError):
-            mark.unlink(missing_ok=True)
+    def _adding_recogniser(
+        self, name: str, data: bytes | str | PathLike[str], provenance: Provenance
+    ) -> Iterator[str]:
+        """A transaction that stores a recogniser, unless the same one is there; gives its id.
 
-    def _insert_recogniser(
-        self, id_: str, name: str, content: bytes, columns: Mapping[str, Value]
-    ) -> None:
-        """Write a recogniser, unless the same one is there."""
+        Its file is marked until all of that is committed.
+        """
+        columns = self._provenance_columns(provenance)
         if not name.strip():
             raise InputError("A recogniser needs a name.")
-        if self._db.one("SELECT 1 FROM recogniser WHERE id = ?", id_):
-            return
         root = self._db.folder / RECOGNISERS
-        with files.staging(root) as staged:
-            files.write_bytes(staged / f"{id_}.skops", content)
-            files.move_into(root, staged)
-        self._db.insert("recogniser", id=id_, name=name, **columns)
+        with files.file_errors(f"The recogniser '{name}' was not added to '{self._db.folder}'"):
+            content = data if isinstance(data, bytes) else Path(data).read_bytes()
+            id_ = hashlib.sha256(content).hexdigest()[:32]
+            mark = root / f"{id_}.{files.UNCOMMITTED}"
+            try:
+                with self._db.writing():
+                    # Inside the transaction: a process that opens the project now would remove it.
+                    files.mark_uncommitted(mark)
+                    if not self._db.one("SELECT 1 FROM recogniser WHERE id = ?", id_):
+                        with files.staging(root) as staged:
+                            files.write_bytes(staged / f"{id_}.skops", content)
+                            files.move_into(root, staged)
+                        self._db.insert("recogniser", id=id_, name=name, **columns)
+                    yield id_
+            except BaseException:
+                with contextlib.suppress(ForcelabError, OSError):  # the next opening does it
+                    self.clear_uncommitted()
+                raise
+            with contextlib.suppress(OSError):
+                mark.unlink(missing_ok=True)
 
     def _delete(self, number: int) -> str:
         """Delete the rows of a run and of its recogniser, in a transaction.
@@ -560,10 +521,6 @@ class RunStore:
         if id_:
             with contextlib.suppress(OSError):
                 self._recogniser_file(id_).unlink(missing_ok=True)
-
-
-def _recogniser_id(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()[:32]
 
 
 def _recogniser(row: sqlite3.Row) -> StoredRecogniser:
