@@ -260,20 +260,9 @@ class DemonstrationStore:
     def set_task(self, demonstration: str, task: str) -> None:
         """Put a demonstration into another task; its vocabulary gets the actions it lacks.
 
-        The task that it leaves gives up the actions that came with its import and that no other
-        demonstration there has.
-
-        Parameters
-        ----------
-        demonstration : str
-            Its id.
-        task : str
-            The task, which need not be known; ``""`` for none.
-
-        Raises
-        ------
-        InputError
-            If another demonstration of the task has its name.
+        The task need not be known; ``""`` is none. The one that it leaves gives up the actions that
+        came with its import and that no other demonstration there has. InputError if another
+        demonstration of the task has its name.
         """
         task = " ".join(task.split())
         check_length(task, "task")

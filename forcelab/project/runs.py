@@ -219,20 +219,10 @@ class RunStore:
         return tuple(map(_summary, rows))
 
     def add(self, kind: str, provenance: Provenance, result: Mapping[str, Any]) -> int:
-        """Add a result and how it was computed; gives its number.
+        """Add a result, anything that JSON can hold, and how it was computed; gives its number.
 
-        Parameters
-        ----------
-        kind : str
-            Such as ``"evaluate"``; not blank.
-        provenance : Provenance
-        result : mapping
-            What came out; anything that JSON can hold.
-
-        Raises
-        ------
-        InputError
-            If it has no kind or labels are not in the project.
+        Its kind is such as ``"evaluate"``. InputError if that is blank or labels are not in the
+        project.
         """
         columns = self._provenance_columns(provenance)
         if not kind.strip():
@@ -243,20 +233,10 @@ class RunStore:
     def add_recogniser(
         self, name: str, data: bytes | str | PathLike[str], provenance: Provenance
     ) -> str:
-        """Add a recogniser's file, which stays opaque here, and how it was made; gives its id.
+        """Add a recogniser's file, or its content, and how it was made; gives its id.
 
-        Parameters
-        ----------
-        name : str
-            For people; not blank.
-        data : bytes or path-like
-            Its content, or the file. The same content is stored once, as it was added first.
-        provenance : Provenance
-
-        Raises
-        ------
-        InputError
-            If it has no name, labels are not in the project or the file cannot be read.
+        The same content is stored once, as it was added first; it stays opaque here. InputError if
+        the name is blank, labels are not in the project or the file cannot be read.
         """
         with self._adding_recogniser(name, data, provenance) as id_:
             return id_
@@ -314,13 +294,7 @@ class RunStore:
         return tuple(used for used in labels if used.demonstration in existing_ids)
 
     def uses(self, number: int | None = None) -> tuple[RunUse, ...]:
-        """What runs take up on the disk and what depends on them, the first one first.
-
-        Parameters
-        ----------
-        number : int, optional
-            Only of this run; by default of every one.
-        """
+        """What every run, or only this one, takes up on the disk and what depends on it."""
         # The older way reads all of a result to tell how long it is.
         new = sqlite3.sqlite_version_info >= (3, 43)
         length = "octet_length(result)" if new else "length(CAST(result AS BLOB))"
