@@ -15,6 +15,7 @@ from typing import Any
 
 from forcelab.io import write_atomically
 from forcelab.jobs import Progress
+from forcelab.labels import Interval
 from forcelab.text import duration_text
 
 #: What stands for standard output where a file is written.
@@ -38,6 +39,12 @@ def table(rows: Sequence[Sequence[str]], right: Sequence[int] = ()) -> str:
         ]
         lines.append("  ".join(cells).rstrip())
     return "\n".join(lines)
+
+
+def interval_cells(interval: Interval) -> list[str]:
+    """Start, end and both actions of a stretch, in a table."""
+    times = [f"{time:.3f}" for time in (interval.start, interval.end)]
+    return [*times, interval.human or "-", interval.predicted or "-"]
 
 
 def printable(name: str) -> str:

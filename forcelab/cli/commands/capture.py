@@ -57,7 +57,7 @@ from forcelab.capture.save import (
     unfinished_journals,
 )
 from forcelab.cli.interrupts import uninterrupted
-from forcelab.cli.options import PROJECT, UsageError, add_json, add_task
+from forcelab.cli.options import PROJECT, UsageError, add_file, add_json, add_task
 from forcelab.cli.output import (
     clear_line,
     json_text,
@@ -250,11 +250,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--seconds", metavar="N", type=float, help="how long to record (until Ctrl+C)"
     )
     group = parser.add_argument_group("live recognition")
-    group.add_argument(
+    add_file(
+        group,
         "--recogniser",
-        metavar="FILE",
-        type=Path,
-        help="label the recording live with a recogniser that train wrote; its track is kept",
+        "label the recording live with a recogniser that train wrote; its track is kept",
     )
     group.add_argument(
         "--latency",
@@ -321,7 +320,8 @@ def _record(arguments: argparse.Namespace, devices: Sequence[Device]) -> int:
             outlet = LabelOutlet(stream, recogniser.actions) if stream else None
             live = LiveRecognition(recogniser, name, latency, recorder, outlet)
         _ready(arguments.project)
-        for sentence in _warnings(devices, live):
+        raw = [uncalibrated_warning(device.name) for device in devices if sends_raw_counts(device)]
+        for sentence in raw if live is None else [*raw, *live.remarks]:
             print_remark(sentence)
         name = recorder.start(arguments.task, arguments.name)
         if live is not None:
@@ -369,12 +369,6 @@ def _naming_journal(recorder: Recorder) -> Iterator[None]:
             f"{error} All of the recording is in '{recorder.saved}'; when that is mended, move it "
             f"to '{recorder.path / CAPTURES}' and give --recover."
         ) from error
-
-
-def _warnings(devices: Sequence[Device], live: LiveRecognition | None) -> list[str]:
-    """What is to be known before it is recorded: forces without a unit, or not the learnt one."""
-    warnings = [uncalibrated_warning(device.name) for device in devices if sends_raw_counts(device)]
-    return warnings if live is None else [*warnings, *live.remarks]
 
 
 def _ready(path: Path) -> None:

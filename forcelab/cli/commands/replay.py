@@ -15,13 +15,12 @@ import shlex
 import time
 from collections.abc import Sequence
 from contextlib import suppress
-from pathlib import Path
 
 from forcelab.capture.device_names import quote_value
 from forcelab.capture.optoforce import speed_code
 from forcelab.capture.replay import Board, Replay, Sensor, extract_board, extract_sensors
 from forcelab.cli.interrupts import interruptible
-from forcelab.cli.options import UsageError, add_demonstration, add_json, add_project
+from forcelab.cli.options import UsageError, add_demonstration, add_file, add_json, add_project
 from forcelab.cli.output import json_text, printable
 from forcelab.errors import InputError
 from forcelab.formats.calibration import read_calibrations
@@ -55,12 +54,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         default=1.0,
         help="pause between the opening of the last port and the start (1)",
     )
-    parser.add_argument(
-        "--calibration",
-        metavar="FILE",
-        type=Path,
-        help="TOML file of newtons per count (a sensor of 40 N)",
-    )
+    add_file(parser, "--calibration", "TOML file of newtons per count (a sensor of 40 N)")
     add_json(parser)
 
 
