@@ -299,31 +299,24 @@ class RunStore:
         new = sqlite3.sqlite_version_info >= (3, 43)
         length = "octet_length(result)" if new else "length(CAST(result AS BLOB))"
         rows = self._db.all(
+            # As bytes: a run that is no text can be removed, too.
             f"SELECT id, {length} AS bytes, CAST(substr(result, {-_END}) AS BLOB) AS last, "
-            f"CAST({_PROPOSER} AS BLOB) AS proposer "  # a run that is no text can be removed, too
-            "FROM run WHERE ? IS NULL OR id = ? ORDER BY id",
+            "coalesce(verdicts, 0) AS verdicts, coalesce(accepted, 0) AS accepted FROM run "
+            "LEFT JOIN (SELECT run AS judged, count(*) AS verdicts FROM verdict GROUP BY run) "
+            "ON judged = id "
+            "LEFT JOIN (SELECT proposed_by, count(*) AS accepted FROM edit "
+            "WHERE proposed_by IS NOT NULL GROUP BY proposed_by) "
+            f"ON proposed_by = {_PROPOSER} WHERE ? IS NULL OR id = ? ORDER BY id",
             number,
             number,
         )
-        verdicts = {
-            row["run"]: row["number"]
-            for row in self._db.all("SELECT run, count(*) AS number FROM verdict GROUP BY run")
-        }
-        accepted = {
-            row["proposed_by"]: row["number"]
-            for row in self._db.all(
-                "SELECT proposed_by, count(*) AS number FROM edit "
-                "WHERE proposed_by IS NOT NULL GROUP BY proposed_by"
-            )
-        }
         sizes = self.recogniser_bytes()
         uses = []
         for row in rows:
             match = _OWN.search(row["last"].decode(errors="replace"))
             id_ = match[1] if match is not None and match[1] in sizes else ""
-            number, size = row["id"], row["bytes"] + sizes.get(id_, 0)
-            accepted_count = accepted.get(row["proposer"].decode(errors="replace"), 0)
-            uses.append(RunUse(number, size, id_, verdicts.get(number, 0), accepted_count))
+            size = row["bytes"] + sizes.get(id_, 0)
+            uses.append(RunUse(row["id"], size, id_, row["verdicts"], row["accepted"]))
         return tuple(uses)
 
     def remove(self, number: int) -> None:

@@ -191,11 +191,7 @@ class UndoResult:
         description = edit.what.removeprefix(f"{edit.kind}: ")
         if self.renames:
             pairs = [p for e in self.edits for p in zip(e.removed, e.inserted, strict=True)]
-            changed = [
-                (removed.action, inserted.action)
-                for removed, inserted in pairs
-                if removed != inserted
-            ]
+            changed = [(old.action, new.action) for old, new in pairs if old != new]
             old, new = changed[0] if edit.kind == "redo" else changed[0][::-1]
             number = counted(len(changed), "segment")
             if len(self.edits) > 1:
