@@ -23,7 +23,7 @@ class UsageError(InputError):
 
 
 #: Options, of which a usage does not list more.
-MANY = 5
+MOST_OPTIONS = 5
 PROJECT = "project folder NAME.forcelab"
 
 
@@ -44,7 +44,7 @@ class Formatter(argparse.RawDescriptionHelpFormatter):
         actions = list(actions)
         needed = {a for group in groups if group.required for a in group._group_actions}
         optional = [a for a in actions if a.option_strings and not a.required and a not in needed]
-        if len(optional) > MANY:
+        if len(optional) > MOST_OPTIONS:
             options = argparse.Action(["options"], "options", nargs=0)
             actions = [options, *(a for a in actions if a not in optional)]
             groups = [group for group in groups if group.required]

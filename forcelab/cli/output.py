@@ -22,7 +22,7 @@ from forcelab.text import duration_text
 STANDARD_OUTPUT = Path("-")
 WIDTH = 24
 #: Seconds between two drawings of a bar, after which its pace is known, and that need no telling.
-REDRAW, LEARNT, NEARLY = 0.1, 2.0, 5.0
+REDRAW_INTERVAL, PACE_KNOWN_AFTER, NEARLY_DONE = 0.1, 2.0, 5.0
 
 _quiet = ContextVar("quiet", default=False)
 
@@ -140,7 +140,7 @@ class _Bar:
         if progress.total != self._last.total or progress.done < self._last.done:
             self._first, self._begun, self._drawn = progress, now, -math.inf
         self._last = progress
-        if now - self._drawn < REDRAW:
+        if now - self._drawn < REDRAW_INTERVAL:
             return
         self._drawn = now
         full = round(WIDTH * progress.done / max(progress.total, 1))
@@ -153,10 +153,10 @@ class _Bar:
     def _time_left(self, passed: float) -> str:
         """The rest of the stage; nothing while that is a guess, or it is nearly over."""
         done = self._last.done - self._first.done
-        if done == 0 or passed < LEARNT:
+        if done == 0 or passed < PACE_KNOWN_AFTER:
             return ""
         seconds = passed / done * (self._last.total - self._last.done)
-        if seconds < NEARLY:
+        if seconds < NEARLY_DONE:
             return ""
         # An MLP may end before its last epoch: it is known by the loss it has.
         how = "about" if getattr(self._last, "loss", None) is None else "up to"

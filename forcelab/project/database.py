@@ -156,7 +156,7 @@ _SETTINGS = (
 )
 
 #: Bytes up to which a store is checked page by page when it is opened.
-_QUICK = 4 << 20
+_QUICK_CHECK_BYTES = 4 << 20
 
 
 def probe(folder: Path) -> None:
@@ -282,7 +282,7 @@ def _prepare(connection: sqlite3.Connection, folder: Path) -> sqlite3.Connection
 
 def _check_values(connection: sqlite3.Connection, folder: Path) -> None:
     """Refuse values that no forcelab writes: wrong types, numbers without bounds, file names."""
-    if pragma(connection, "page_count") * pragma(connection, "page_size") <= _QUICK:
+    if pragma(connection, "page_count") * pragma(connection, "page_size") <= _QUICK_CHECK_BYTES:
         for (message,) in connection.execute("PRAGMA quick_check"):
             if message == "ok" or message in _REMOVABLE:
                 continue
@@ -379,7 +379,7 @@ def _has_journal(folder: Path) -> bool:
 
 
 #: Free pages of the store that are given back to the disk: so many bytes, and this share of it.
-LEAST, SHARE = 1 << 20, 0.25
+VACUUM_BYTES, VACUUM_SHARE = 1 << 20, 0.25
 #: What a column holds.
 Value = str | int | float | None
 
@@ -576,7 +576,7 @@ class Database:
         program is at work, the file stays as large as it was.
         """
         pages, free, size = map(self.pragma, ("page_count", "freelist_count", "page_size"))
-        if free * size < LEAST or free < SHARE * pages:
+        if free * size < VACUUM_BYTES or free < VACUUM_SHARE * pages:
             return
         with contextlib.suppress(InputError):
             self.execute("VACUUM")

@@ -50,7 +50,7 @@ STORED_VIDEO = re.compile(r"(video|beside)-(?P<digest>[0-9a-f]{16})(\.[a-z0-9]{1
 #: Name of the file of raw stamps in a demonstration's folder.
 STAMPS = "stamps.npz"
 #: Bytes of stamps, unpacked, that are always read, and those for each sample of a demonstration.
-_LARGEST, _EACH = 1 << 30, 1 << 10
+_STAMPS_BYTES, _STAMPS_BYTES_EACH = 1 << 30, 1 << 10
 
 _STAGING = ".incoming-"
 _STAGED = re.compile(r"\.incoming-[0-9a-z]{1,32}")
@@ -193,7 +193,7 @@ def read_stamps(
         # Given a path, NumPy leaves a file open that is no archive.
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
             if sum(member.file_size for member in archive.zip.infolist()) > max(
-                _LARGEST, _EACH * samples
+                _STAMPS_BYTES, _STAMPS_BYTES_EACH * samples
             ):
                 raise ValueError("too large")
             requested = (name for name in archive.files if names is None or name in names)

@@ -28,15 +28,15 @@ from forcelab.project.records import utc_now
 #: What a result says of itself in few words, if this is its first key.
 DIGEST = "digest"
 #: Characters of a result that are read for its digest.
-_FRONT = 4096
+_FRONT_CHARACTERS = 4096
 #: The columns of a run that say how it was made.
 _PROVENANCE = "id, kind, time, settings, seed, labels, versions"
 #: All of its columns; bytes that are no text are met where the result is parsed.
 _RUN = f"{_PROVENANCE}, CAST(result AS BLOB) AS result"
 #: The last thing that a run's result names, where a recogniser belongs to it.
-_OWN = re.compile(r'"recogniser": "([0-9a-f]{32})"\}$')
+_OWN_RECOGNISER = re.compile(r'"recogniser": "([0-9a-f]{32})"\}$')
 #: Characters at the end of a result in which that stands.
-_END = 64
+_END_CHARACTERS = 64
 #: The author of a run's proposals, :attr:`forcelab.review.run_result.RunResult.proposer`.
 _PROPOSER = """(
     'model ' || coalesce(
@@ -211,8 +211,8 @@ class RunStore:
     def summaries(self, kind: str | None = None) -> tuple[RunSummary, ...]:
         """Every run, or every run of a kind, without its result; the first one first."""
         rows = self._db.all(
-            f"SELECT {_PROVENANCE}, CAST(substr(result, 1, {_FRONT}) AS BLOB) AS front FROM run "
-            "WHERE ? IS NULL OR kind = ? ORDER BY id",
+            f"SELECT {_PROVENANCE}, CAST(substr(result, 1, {_FRONT_CHARACTERS}) AS BLOB) AS front "
+            "FROM run WHERE ? IS NULL OR kind = ? ORDER BY id",
             kind,
             kind,
         )
@@ -300,7 +300,8 @@ class RunStore:
         length = "octet_length(result)" if new else "length(CAST(result AS BLOB))"
         rows = self._db.all(
             # As bytes: a run that is no text can be removed, too.
-            f"SELECT id, {length} AS bytes, CAST(substr(result, {-_END}) AS BLOB) AS last, "
+            f"SELECT id, {length} AS bytes, "
+            f"CAST(substr(result, {-_END_CHARACTERS}) AS BLOB) AS last, "
             "coalesce(verdicts, 0) AS verdicts, coalesce(accepted, 0) AS accepted FROM run "
             "LEFT JOIN (SELECT run AS judged, count(*) AS verdicts FROM verdict GROUP BY run) "
             "ON judged = id "
@@ -313,7 +314,7 @@ class RunStore:
         sizes = self.recogniser_bytes()
         uses = []
         for row in rows:
-            match = _OWN.search(row["last"].decode(errors="replace"))
+            match = _OWN_RECOGNISER.search(row["last"].decode(errors="replace"))
             id_ = match[1] if match is not None and match[1] in sizes else ""
             size = row["bytes"] + sizes.get(id_, 0)
             uses.append(RunUse(row["id"], size, id_, row["verdicts"], row["accepted"]))

@@ -84,6 +84,8 @@ from forcelab.text import counted
 NOTHING_FOUND = "No serial port and no camera is plugged in, or this user may not see them."
 #: What is said where the system does not tell what cameras there are.
 UNLISTED = "Cameras are not listed on this system; name one by its number, such as --camera 0."
+#: Seconds between two looks at how it goes, and at what a recogniser makes of it.
+STATUS_INTERVAL, RECOGNITION_INTERVAL = 0.1, 0.02
 
 
 def list_devices(arguments: argparse.Namespace) -> None:
@@ -220,10 +222,6 @@ def recognition_summary(figures: dict[str, Any]) -> str:
         else f"labels {after['median']:.2f} s after the force (99 %: {after['p99']:.2f} s)"
     )
     return f"{track_summary(figures)}, {late}, {100 * figures['cpu']:.1f} % of a core."
-
-
-#: Seconds between two looks at how it goes, and at what a recogniser makes of it.
-LOOK, BLOCK = 0.1, 0.02
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -391,10 +389,10 @@ def _watch(
     until = time.monotonic() + (math.inf if seconds is None else seconds)
     shown_at = -math.inf
     while (left := until - time.monotonic()) > 0:
-        time.sleep(min(LOOK if recognition is None else BLOCK, left))
+        time.sleep(min(STATUS_INTERVAL if recognition is None else RECOGNITION_INTERVAL, left))
         if recognition is not None:
             recognition.look()
-        if time.monotonic() - shown_at < LOOK:
+        if time.monotonic() - shown_at < STATUS_INTERVAL:
             continue
         shown_at = time.monotonic()
         for sentence in recorder.remarks():

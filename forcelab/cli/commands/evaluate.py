@@ -65,7 +65,7 @@ from forcelab.recognition.results import Evaluation
 from forcelab.text import counted, percent
 
 #: The columns before the metrics.
-FIRST = ("evaluation", "stage", "row", "demonstration")
+KEY_COLUMNS = ("evaluation", "stage", "row", "demonstration")
 
 
 def write_table(path: Path, evaluated: TaskEvaluations) -> None:
@@ -76,7 +76,7 @@ def write_table(path: Path, evaluated: TaskEvaluations) -> None:
     """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow((*FIRST, *METRICS))
+    writer.writerow((*KEY_COLUMNS, *METRICS))
     for _, evaluation in evaluated.evaluations:
         for *words, values in score_rows(evaluation):
             writer.writerow((*map(quoted_text, (evaluation.title, *words)), *values))

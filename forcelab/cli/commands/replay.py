@@ -29,9 +29,9 @@ from forcelab.resources import asset
 from forcelab.text import counted
 
 #: Seconds between two looks at whether all has been played.
-LOOK = 0.1
+POLL_INTERVAL = 0.1
 #: Seconds that readers have for the last samples before the ports are gone.
-LAST = 0.3
+GRACE = 0.3
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -89,9 +89,9 @@ def run(arguments: argparse.Namespace) -> None:
                 f"{replay.seconds + arguments.lead:.0f}",
                 flush=True,
             )
-        while not replay.ended(LOOK):
+        while not replay.ended(POLL_INTERVAL):
             pass
-        time.sleep(LAST)
+        time.sleep(GRACE)
     overrun = sum(device.overrun for device in replay.devices)
     if overrun and not arguments.json:
         print(f"{counted(overrun, 'byte')} were lost, as nobody read them.")
