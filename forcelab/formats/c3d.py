@@ -188,13 +188,15 @@ def _layout(header: bytes, numbers: _Numbers, groups: _Groups, size: int) -> _La
     words = [int(word) for word in numbers.read(header, "u2")]
     points, measured, first, last = words[1:5]
     times = words[9]
-    scale, rate = numbers.read(header[12:16], "f4")[0], numbers.read(header[40:44], "f4")[0]
+    scale, rate = numbers.read(header[12:16], "f4")[0], numbers.read(header[20:24], "f4")[0]
     rate = _number(groups, "POINT", "RATE", float(rate))
     if rate == 0 and times:
         rate = _number(groups, "ANALOG", "RATE", 0) / times
     if not 1e-3 < rate < 1e6:
         raise ValueError(f"{rate:g} frames a second")
     channels = measured // times if times else 0
+    if times > 1 and measured == _number(groups, "ANALOG", "USED", 0):
+        channels = measured  # The MotionMonitor counts its channels, not the samples of a frame
     frames = last - first + 1
     long = groups.get("POINT", {}).get("FRAMES", ())
     if last == 0xFFFF and len(long):  # more than the header has room for
@@ -249,8 +251,9 @@ def _streams(data: bytes, layout: _Layout, numbers: _Numbers, groups: _Groups) -
     if layout.channels:
         raw = samples[:, width:].reshape(-1, layout.channels)
         texts = [text.upper() for text in _listing(groups, "ANALOG", "FORMAT")]
-        unsigned = not layout.real and texts[:1] == ["UNSIGNED"]
-        values = (raw.astype(np.int16).view(np.uint16) if unsigned else raw).astype(np.float64)
+        unsigned = texts[:1] == ["UNSIGNED"]
+        words = unsigned and not layout.real
+        values = (raw.astype(np.int16).view(np.uint16) if words else raw).astype(np.float64)
         offsets = _padded(_listing(groups, "ANALOG", "OFFSET"), layout.channels, 0)
         scales = _padded(_listing(groups, "ANALOG", "SCALE"), layout.channels, 1)
         if unsigned:
