@@ -574,9 +574,14 @@ def find_layout(
     """
     rows = _first_section(rows)
     plain = [row for row in rows if not is_comment(row[1])]
-    ends = [k for k, (_, text) in enumerate(plain) if text.startswith(_LABVIEW_END)]
-    # The numbers in LabVIEW's headers tell nothing of the rows below.
-    dialect = detect([text for _, text in plain[ends[-1] + 1 if ends else 0 :]], separators)
+    # The numbers in headers of LabVIEW and Vicon tell nothing of the rows below.
+    names = [
+        k + text.startswith(_LABVIEW_END)
+        for k, (_, text) in enumerate(plain)
+        if text.startswith(_LABVIEW_END) or (k < 10 and _VICON.match(text))
+    ]
+    plain = plain[names[-1] if names else 0 :]
+    dialect = detect([text for _, text in plain], separators)
     if dialect is None:
         return None
     table = dialect.split([text for _, text in plain])
@@ -590,9 +595,12 @@ def find_layout(
     kinds = column_kinds([row for row in table[first:] if len(row) == dialect.width], dialect)
     above = [line for line in rows if line[0] < plain[first][0] and line[1].strip()]
     labview = bool(above) and above[0][1].startswith(_LABVIEW)
-    header, units, used = (
-        _labview_header(above, dialect) if labview else _header(above, dialect, kinds, sample)
-    )
+    if labview:
+        header, units, used = _labview_header(above, dialect)
+    elif _VICON.match(plain[0][1]) and first == 2 and len(table[0]) == len(table[1]) == len(kinds):
+        header, units, used = table[0], table[1], 2  # some channels are called by a number
+    else:
+        header, units, used = _header(above, dialect, kinds, sample)
     columns, remarks = name_columns(header or [""] * dialect.width, units)
     if not header:
         remarks = ("There is no header; the columns are called by their numbers.", *remarks)

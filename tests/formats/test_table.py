@@ -596,6 +596,16 @@ def test_a_vicon_export_has_its_rate_and_its_counters(table):
     assert "More tables follow in the file; only the first one was read." in result
 
 
+def test_a_vicon_export_that_a_spreadsheet_saved_again(table):
+    """Its lines are as wide as the widest one, and channels may be called by a number."""
+    lines = vicon(range(400)).replace("Fx,Fz", "1,EMG2").splitlines()
+    padded = [line + "," * (4 - line.count(",")) for line in lines]
+    (recording,) = read(table("\n".join(padded) + "\n"), ReadOptions())
+    channels = [(c.name, c.unit) for c in recording.demonstration.channels]
+    assert channels == [("1", "N"), ("EMG2", "N")]
+    np.testing.assert_allclose(recording.demonstration.times, np.arange(400) / 1000)
+
+
 def test_frame_and_sub_frame_count_together_wherever_they_stand(table):
     text = vicon(range(400)).split("\n", 3)[3]
     assert "say how many samples" in refusal(table(text))
@@ -626,6 +636,22 @@ def test_a_labview_measurement_has_two_headers(tmp_path, timed, comma):
     assert [(c.name, c.unit) for c in demonstration.channels] == [("Fx", "Newton"), ("Fz", "Volt")]
     np.testing.assert_allclose(demonstration.times, np.arange(200) / 500, atol=1e-12)
     np.testing.assert_allclose(demonstration.signals[:, 0], np.arange(200) % 7 / 4)
+
+
+@pytest.mark.parametrize("rows", [7, 40])
+def test_a_short_labview_measurement_with_empty_channels_and_comments(tmp_path, rows):
+    """There are as many numbers in its headers as below them."""
+    head = LABVIEW.replace("\t200\t200", "\t7\t0").replace("0.0\t0.0", "0.0\t0.0\t0.0")
+    text = head + "".join(
+        f"{i / 500}\t{i}.5\t\t{'lost' if i % 4 else 'good'}\n" for i in range(rows)
+    )
+    path = tmp_path / "pull.lvm"
+    path.write_text(text)
+    assert identify(path).name == "table"
+    recording = load(path)
+    assert [(c.name, c.unit) for c in recording.demonstration.channels] == [("Fx", "Newton")]
+    np.testing.assert_allclose(recording.demonstration.times, np.arange(rows) / 500, atol=1e-12)
+    assert [s.action for s in recording.tracks[0].segments[:2]] == ["good", "lost"]
 
 
 @pytest.fixture
