@@ -212,7 +212,7 @@ def _words(name: str) -> list[str]:
 def is_time_name(name: str) -> bool:
     """Whether a column's name says that it holds stamps, such as ``t``, ``time_ms``, ``Zeit``."""
     words = _words(name)
-    if len(words) > 1 and words[-1] in SECONDS_IN:
+    if len(words) > 1 and (words[-1] in SECONDS_IN or words[-1].isdecimal()):
         words.pop()
     if len(words) == 1:
         named = words[0] in SECONDS_IN and words[0] not in _NO_NAMES
