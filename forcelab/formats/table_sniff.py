@@ -34,11 +34,12 @@ MISSING = (
 _POINT_NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 _COMMA_NUMBER = re.compile(r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 
-#: ISO 8601 date and time, one with its day first and points (31.05.2024 12:00:00), or a time of the
-#: day alone, in 24 hours or with AM or PM, before which some write a narrow blank. Of the named
-#: groups the date's are either all of one of the two or none.
+#: ISO 8601 date and time, also as rosbag_to_csv writes it (2024/05/31/12:00:00), one with its day
+#: first and points (31.05.2024 12:00:00), or a time of the day alone, in 24 hours or with AM or PM,
+#: before which some write a narrow blank. Of the named groups the date's are either all of one of
+#: the two or none.
 STAMP = re.compile(
-    r"(?:(?P<year>\d{4})[-/](?P<month>\d\d?)[-/](?P<day>\d\d?)(?:T|\s+)"
+    r"(?:(?P<year>\d{4})[-/](?P<month>\d\d?)[-/](?P<day>\d\d?)(?:[T/]|\s+)"
     r"|(?P<first_day>\d\d?)\.(?P<then_month>\d\d?)\.(?P<last_year>\d{4}),?\s+)?"
     r"(?P<hour>\d\d?):(?P<minute>\d\d)(?::(?P<second>\d\d)(?:[.,](?P<fraction>\d+))?)?"
     r"(?:[\s\u00a0\u202f]*(?P<half>[AP])\.?M\.?)?\s*(?P<zone>Z|UTC|[+-]\d\d(?::?\d\d)?)?",

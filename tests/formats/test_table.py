@@ -370,6 +370,12 @@ class TestTime:
             table("time,fx\n" + rows)
         )
 
+    def test_stamps_as_rosbag_to_csv_writes_them(self, table):
+        rows = "".join(f"2023/03/06/16:37:59.{i}00000,{i}\n" for i in range(8))
+        assert load(table("time,.wrench.force.x\n" + rows)).demonstration.times.tolist() == (
+            pytest.approx([i / 10 for i in range(8)])
+        )
+
     def test_a_second_column_of_stamps_is_no_channel(self, table):
         recording = load(table("time,timestamp,fx\n0,1700000000000,1\n.1,1700000000100,2\n"))
         assert channels(recording) == [("fx", "")]
@@ -636,6 +642,16 @@ def test_a_labview_measurement_has_two_headers(tmp_path, timed, comma):
     assert [(c.name, c.unit) for c in demonstration.channels] == [("Fx", "Newton"), ("Fz", "Volt")]
     np.testing.assert_allclose(demonstration.times, np.arange(200) / 500, atol=1e-12)
     np.testing.assert_allclose(demonstration.signals[:, 0], np.arange(200) % 7 / 4)
+
+
+def test_each_channel_of_a_labview_measurement_may_have_times(tmp_path):
+    text = LABVIEW.replace("X_Columns\tOne", "X_Columns\tMulti")
+    text = text.replace("X_Value\tFx\tFz", "X_Value\tFx\tX_Value\tFz")
+    path = tmp_path / "pull.lvm"
+    path.write_text(text + "".join(f"{i / 500}\t{i}.5\t{i / 500}\t{i}.25\n" for i in range(40)))
+    recording = load(path)
+    assert [c.name for c in recording.demonstration.channels] == ["Fx", "Fz"]
+    np.testing.assert_allclose(recording.demonstration.times, np.arange(40) / 500, atol=1e-12)
 
 
 @pytest.mark.parametrize("rows", [7, 40])
