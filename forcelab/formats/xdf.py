@@ -197,8 +197,10 @@ def _spread_bursts(times: NDArray[np.float64], rate: float) -> NDArray[np.float6
     steps = np.diff(times)
     if np.median(steps) > 0.5 / rate and (steps > 0).all():
         return None
-    places = np.arange(times.size) * min(1 / rate, float(times[-1] - times[0]) / steps.size)
-    spread = places + np.minimum.accumulate((times - places)[::-1])[::-1]
+    places = np.arange(times.size, dtype=np.float64) * min(
+        1 / rate, float(times[-1] - times[0]) / steps.size
+    )
+    spread: NDArray[np.float64] = places + np.minimum.accumulate((times - places)[::-1])[::-1]
     return spread if float((times - spread).max()) <= _LONGEST_BURST else None
 
 
