@@ -48,7 +48,7 @@ class Cluster:
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
             # As the result of a task it is sent once, and made again should its worker be lost.
-            shared = self._client.submit(_same, work, pure=False)
+            shared = self._client.submit(_identity, work, pure=False)
             pieces = list(enumerate(items, self._pieces))
             futures = self._client.map(
                 _do_piece, pieces, work=shared, topic=self._topic, pure=False
@@ -234,7 +234,7 @@ def _check_workers(address: str, client: Any) -> None:
             )
 
 
-def _same(work: ResultT) -> ResultT:
+def _identity(work: ResultT) -> ResultT:
     return work
 
 

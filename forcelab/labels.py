@@ -21,8 +21,6 @@ from forcelab.sample_runs import sample_ends, stretches
 #: The code of a sample that no segment covers, in dense arrays.
 UNLABELLED = -1
 
-#: Labels may end later than their recording by this share of it, or by one second.
-OVERHANG = 0.05
 #: Characters of an action's name.
 LONGEST_ACTION = 1000
 
@@ -136,12 +134,14 @@ def means_unlabelled(name: str) -> bool:
     return " ".join(name.lower().replace("_", " ").split()) in _UNLABELLED_NAMES
 
 
-def first_beyond(segments: Iterable[Segment], start: float, end: float) -> Segment | None:
-    """The first segment that lies farther beyond a recording from `start` to `end` s than allowed.
+def overhang(duration: float) -> float:
+    """Seconds by which labels may lie beyond their recording: 5 % of it, or one second."""
+    return max(1.0, 0.05 * duration)
 
-    Labels may begin earlier and end later than it by 5 % of it or by one second.
-    """
-    slack = max(1.0, OVERHANG * (end - start))
+
+def first_beyond(segments: Iterable[Segment], start: float, end: float) -> Segment | None:
+    """The first segment too far beyond a recording from `start` to `end` s, if there is one."""
+    slack = overhang(end - start)
     return next((s for s in segments if s.start < start - slack or s.end > end + slack), None)
 
 

@@ -18,10 +18,12 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
+from forcelab.errors import InputError
 from forcelab.formats import pdl, read
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.jobs import Progress, finish
@@ -61,6 +63,29 @@ def read_single(path: Path, **options: object) -> Recording:
     """The only recording of a file."""
     (recording,) = read(path, ReadOptions(**options))  # type: ignore[arg-type]
     return recording
+
+
+def refusal(path: Path, error: type[InputError] = InputError, **options: object) -> str:
+    """The sentence for which a file is refused: one line that names it."""
+    with pytest.raises(error) as caught:
+        read(path, ReadOptions(**options))  # type: ignore[arg-type]
+    sentence = str(caught.value)
+    assert path.name in sentence
+    assert sentence.endswith(".")
+    assert "\n" not in sentence
+    return sentence
+
+
+def channel_names(recording: Recording) -> list[str]:
+    return [channel.name for channel in recording.demonstration.channels]
+
+
+def rounded_segments(recording: Recording) -> dict[str, list[tuple[float, float, str]]]:
+    """Start, end and action of the labels of each author, to the microsecond."""
+    return {
+        track.author: [(round(s.start, 6), round(s.end, 6), s.action) for s in track.segments]
+        for track in recording.tracks
+    }
 
 
 def action_at(segments: Segments, time: float) -> str | None:
@@ -443,6 +468,15 @@ def make_foam_project(path: Path, tracks: tuple[tuple[str, tuple[Segment, ...]],
         project.actions.set_vocabulary("foam", Vocabulary().with_actions(*FOAM_ACTIONS))
         for author, track in tracks:
             project.tracks.edit(recording.id, author, (), track, "made") if track else None
+
+
+def make_filmed_project(path: Path, tracks: tuple[tuple[str, tuple[Segment, ...]], ...]) -> None:
+    """A project with these tracks of a demonstration whose video starts 0.4 s before its forces."""
+    filmed = demonstration_with_video(path.parent, ClockMap(-0.4))
+    with Project.create(path) as project:
+        project.demonstrations.add(filmed)
+        for author, track in tracks:
+            project.tracks.edit(filmed.id, author, (), track, "painted")
 
 
 def add_foam_demonstration(project: Project, name: str) -> str:

@@ -100,13 +100,8 @@ class FoundPort:
 
 def find_ports() -> tuple[FoundPort, ...]:
     """All serial ports, sorted by path."""
-    try:
-        from serial.tools import list_ports
-    except ImportError as error:
-        raise InputError(
-            f"Serial ports cannot be listed ({error}); install pyserial with "
-            f"'pip install pyserial'."
-        ) from error
+    from serial.tools import list_ports  # what looks for no port does without
+
     return tuple(sorted((_identify(port) for port in list_ports.comports()), key=lambda p: p.path))
 
 

@@ -364,12 +364,6 @@ class OptoForce(PortDevice):
                 self._messages.put_once(int(number), f"{name}: {sentence}", arrived)
 
     def _report_silence(self) -> None:
-        """Remark it once when nothing has come for long."""
-        now = time.monotonic()
-        if now - self._last_arrival > SILENCE_SECONDS:
-            self._messages.put_once(
-                "silence",
-                f"{self._display_name()} has sent no valid packet for {SILENCE_SECONDS:g} s; "
-                f"check its cable.",
-                now,
-            )
+        name = self._display_name()
+        sentence = f"{name} has sent no valid packet for {SILENCE_SECONDS:g} s; check its cable."
+        self._remark_silence(SILENCE_SECONDS, sentence)

@@ -105,19 +105,22 @@ def save(path: Path, contents: JournalReader) -> SavedRecording:
         heads = {
             track.author: project.tracks.head(added.id, track.author) for track in incoming.tracks
         }
+        recording = SavedRecording(
+            added,
+            len(demonstration.times),
+            demonstration.duration,
+            (*assembled.remarks, *added.remarks),
+            heads,
+            assembled.precision,
+        )
         try:
             project.media.attach_stamps(added.id, assembled.stamps)
             _compare(project, added, assembled)
         except BaseException as error:  # whatever that is: the next try begins anew
             if added.status == "new":
-                part = SavedRecording(
-                    added, len(demonstration.times), demonstration.duration, (), heads
-                )
-                _take_back(project, part, error)
+                _take_back(project, recording, error)
             raise
-    remarks = (*assembled.remarks, *added.remarks)
-    samples, duration = len(demonstration.times), demonstration.duration
-    return SavedRecording(added, samples, duration, remarks, heads, assembled.precision)
+    return recording
 
 
 def _compare(project: Project, added: AddResult, assembled: AssembledRecording) -> None:

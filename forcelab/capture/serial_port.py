@@ -63,12 +63,8 @@ class Port:
 
     def open(self) -> None:
         """Open it for this program alone; what arrived before is dropped."""
-        try:
-            import serial
-        except ImportError as error:
-            raise InputError(
-                f"The port {self.path} needs pyserial; install it with 'pip install pyserial'."
-            ) from error
+        import serial  # what talks to no port does without
+
         self.close()
         self._errors = (OSError, *_terminal_errors())
         try:
@@ -212,6 +208,11 @@ class PortDevice(Device):
         self._path, self.name = path, f"{self.kind}:{path}"
         self._last_arrival = time.monotonic()
         self.connections += 1
+
+    def _remark_silence(self, seconds: float, sentence: str) -> None:
+        """Remark it once when nothing has come for longer than so many seconds."""
+        if time.monotonic() - self._last_arrival > seconds:
+            self._messages.put_once("silence", sentence)
 
     def _display_name(self) -> str:
         """What messages call it."""

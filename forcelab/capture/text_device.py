@@ -390,10 +390,8 @@ class TextDevice(LineDevice):
         lines = self._parser.feed(data) if data else None
         self._remark_junk(self._parser.junk_lines - before, lines is not None)
         if lines is None:
-            if time.monotonic() - self._last_arrival > SILENCE_SECONDS:
-                self._messages.put_once(
-                    "silence", f"{self.name} has sent no values for {SILENCE_SECONDS:g} s."
-                )
+            sentence = f"{self.name} has sent no values for {SILENCE_SECONDS:g} s."
+            self._remark_silence(SILENCE_SECONDS, sentence)
             return None
         self._last_arrival = arrived
         values = self._zero.apply(lines.values)

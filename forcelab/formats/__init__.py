@@ -22,6 +22,7 @@ from forcelab.formats.signatures import (
     seems_to_be,
 )
 from forcelab.jobs import Progress, finish, run_through
+from forcelab.text import unknown_word
 
 #: Where other packages say that they read a format: an entry point whose object is a `Format`.
 ENTRY_POINTS: Final = "forcelab.formats"
@@ -64,11 +65,11 @@ _EARLY: Final = (
     Format("hdf5", "HDF5", "forcelab.formats.hdf5", (b"\x89HDF\r\n\x1a\n",), columns=True),
     Format("matlab", "MATLAB", "forcelab.formats.matlab", _MATLAB, columns=True),
 )
-_TABLE: Final = Format(
-    "table", "tables as text (CSV, TSV, columns)", "forcelab.formats.table", columns=True
-)
 #: Any text might be a table; what is told by its packets wherever they start is never text.
-_LATE: Final = (_TABLE, Format("optoforce", "OptoForce dumps", "forcelab.formats.optoforce"))
+_LATE: Final = (
+    Format("table", "tables as text (CSV, TSV, columns)", "forcelab.formats.table", columns=True),
+    Format("optoforce", "OptoForce dumps", "forcelab.formats.optoforce"),
+)
 
 
 @cache
@@ -103,8 +104,7 @@ def identify(path: str | os.PathLike[str]) -> Format:
     path = Path(path)
     with naming_file(path):
         head = file_head(path)
-        format_ = find_format(all_formats(), "sniff", path, head)
-        if format_ is not None and not (format_ is _TABLE and _is_boris_table(path, head)):
+        if format_ := find_format(all_formats(), "sniff", path, head):
             return format_
         kind = seems_to_be(head)
         if kind.endswith("video"):
@@ -127,13 +127,6 @@ def identify(path: str | os.PathLike[str]) -> Format:
             )
         readable = ", ".join(format_.description for format_ in all_formats())
         raise InputError(f"'{path}' looks like {kind}; what can be read: {readable}.")
-
-
-def _is_boris_table(path: Path, head: bytes) -> bool:
-    """Whether a table holds events of BORIS, and no samples."""
-    from forcelab.formats.boris import sniff_labels  # only tables need it
-
-    return sniff_labels(path, head)
 
 
 @contextlib.contextmanager
@@ -183,8 +176,8 @@ def read(path: str | os.PathLike[str], options: ReadOptions | None = None) -> li
 
 def reading(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Recording]]:
     """As :func:`read`, as a job."""
-    format_ = identify(path) if options.format is None else _named_format(path, options.format)
     with naming_file(path):
+        format_ = identify(path) if options.format is None else _named_format(path, options.format)
         recordings = yield from run_through(_module(format_).read(path, options))
         if not recordings:
             raise InputError(f"'{path}' holds no recording; there is nothing to import.")
@@ -206,12 +199,11 @@ def preview(path: str | os.PathLike[str], options: ReadOptions) -> tuple[ColumnU
 
 def _named_format(path: Path, name: str) -> Format:
     """The format of that name, once the file is known to be readable."""
-    with naming_file(path):
-        file_head(path)
-        for format_ in all_formats():
-            if format_.name == name:
-                return format_
-        raise InputError(f"There is no format '{name}'; choose one of {', '.join(format_names())}.")
+    file_head(path)
+    formats = {format_.name: format_ for format_ in all_formats()}
+    if name not in formats:
+        raise InputError(unknown_word("format", name, formats))
+    return formats[name]
 
 
 def _module(format_: Format) -> _Reader:

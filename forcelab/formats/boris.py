@@ -22,6 +22,7 @@ from pathlib import Path, PureWindowsPath
 from typing import Any, Final
 
 from forcelab.clock import ClockMap
+from forcelab.demonstration import VideoReference
 from forcelab.errors import InputError
 from forcelab.formats.json_values import GZIP, JsonValue, read_content, read_json
 from forcelab.formats.label_files import LabelOptions, LabelSet, own_stem
@@ -29,6 +30,7 @@ from forcelab.formats.table_sniff import encoding_of
 from forcelab.formats.track_text import plain_times
 from forcelab.labels import Segment, Track, means_unlabelled
 from forcelab.text import left_out
+from forcelab.video.index import stated_rate_and_length
 from forcelab.vocabulary import Vocabulary
 
 #: The version of the format, which is not that of the program.
@@ -40,21 +42,13 @@ PLAYERS = 8
 
 
 @dataclass(frozen=True, slots=True)
-class VideoFile:
-    path: Path
-    clock: ClockMap  #: maps force time to the video's
-    fps: float = 0.0  #: as the file states; 0 where it is not known, as `seconds` is
-    seconds: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
 class Observation:
     """What one coder labelled in one demonstration."""
 
     name: str  #: of the demonstration; BORIS lists it with the author's
     task: str  #: becomes the description
     track: Track
-    videos: tuple[VideoFile, ...] = ()  #: without any BORIS has a live observation
+    videos: tuple[VideoReference, ...] = ()  #: without any BORIS has a live observation
     begun: datetime | None = None  #: when the coder began
 
 
@@ -156,17 +150,18 @@ def _observation(observation: Observation) -> dict[str, Any]:
         str(player): [str(video.path) for video in videos[player - 1 : player]]
         for player in range(1, PLAYERS + 1)
     }
+    stated = {str(video.path): stated_rate_and_length(video.path) for video in videos}
     info = {
-        "length": {str(video.path): video.seconds for video in videos},
-        "fps": {str(video.path): video.fps for video in videos},
-        "hasVideo": {str(video.path): True for video in videos},
-        "hasAudio": {str(video.path): False for video in videos},
+        "length": {path: seconds for path, (_, seconds) in stated.items()},
+        "fps": {path: fps for path, (fps, _) in stated.items()},
+        "hasVideo": dict.fromkeys(stated, True),
+        "hasAudio": dict.fromkeys(stated, False),
         # When each begins, on the clock of the first one.
         "offset": {
             str(player): round(float(clock.to_device(video.clock.offset)), 6)
             for player, video in enumerate(videos, 1)
         },
-        "display": {str(video.path): "Nothing" for video in videos},
+        "display": dict.fromkeys(stated, "Nothing"),
     }
     return {"type": "MEDIA", "file": files, "media_info": info, **common}
 

@@ -21,12 +21,7 @@ from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.signatures import naming_damage
-from forcelab.formats.streams import (
-    Events,
-    Stream,
-    make_recording,
-    preview_streams,
-)
+from forcelab.formats.streams import Events, Stream, make_recording, preview_streams
 from forcelab.text import unique_names
 
 _BLOCK: Final = 512
@@ -38,8 +33,8 @@ _KINDS: Final = {1: "u1", 2: "i2", 4: "f4"}
 _ANALOG, _POINTS = "analog", "points"
 _CURE: Final = "copy it again from where it is from"
 
-#: Values of parameters by the names of their group and their own, both in capitals.
-_Groups = Mapping[str, Mapping[str, Any]]
+#: Values of parameters by the name of their group and their own, both in capitals.
+_Parameters = Mapping[tuple[str, str], Any]
 
 
 def sniff(_path: Path, head: bytes) -> bool:
@@ -96,8 +91,8 @@ def _load(path: Path) -> tuple[list[Stream], list[Events], list[str]]:
         with naming_damage(path, "C3D file", _CURE):
             file.seek((header[0] - 1) * _BLOCK)
             # Parameters tell how many blocks they have; 255 are more than there is room for.
-            numbers, groups = _parameters(file.read(255 * _BLOCK))
-            layout = _layout(header, numbers, groups, size)
+            numbers, parameters = _parameters(file.read(255 * _BLOCK))
+            layout = _layout(header, numbers, parameters, size)
             if not layout.frame_bytes:
                 raise InputError(
                     f"'{path}' holds neither analog channels nor points; there is nothing to "
@@ -105,7 +100,7 @@ def _load(path: Path) -> tuple[list[Stream], list[Events], list[str]]:
                 )
             file.seek(layout.start)
             data = file.read(layout.frames * layout.frame_bytes)
-            streams = _streams(data, layout, numbers, groups)
+            streams = _streams(data, layout, numbers, parameters)
     remarks = []
     if layout.frames < layout.stated:
         remarks.append(f"The file ends after {layout.frames:,} of its {layout.stated:,} frames.")
@@ -114,16 +109,16 @@ def _load(path: Path) -> tuple[list[Stream], list[Events], list[str]]:
             f"The file says that it has {layout.frames:,} frames, and has room for more, which "
             "were not read."
         )
-    return streams, _events(groups), remarks
+    return streams, _events(parameters), remarks
 
 
-def _parameters(block: bytes) -> tuple[_Numbers, _Groups]:
-    """How numbers are written, and the parameters by group."""
+def _parameters(block: bytes) -> tuple[_Numbers, _Parameters]:
+    """How numbers are written, and the parameters."""
     numbers = _Numbers(block[3])
     if numbers.processor not in {_INTEL, _DEC, _MIPS}:
         raise ValueError(f"numbers of an unknown processor, {numbers.processor}")
     names: dict[int, str] = {}
-    values: dict[int, dict[str, Any]] = {}
+    values: dict[tuple[int, str], Any] = {}
     at = 4
     while at + 2 <= len(block):
         length, group = struct.unpack_from("<bb", block, at)
@@ -136,11 +131,11 @@ def _parameters(block: bytes) -> tuple[_Numbers, _Groups]:
         if group < 0:
             names[-group] = name
         else:
-            values.setdefault(group, {})[name] = _value(block, place + 2, numbers)
+            values[group, name] = _value(block, place + 2, numbers)
         if offset == 0:
             break
         at = place + offset
-    return numbers, {names.get(number, ""): found for number, found in values.items()}
+    return numbers, {(names.get(group, ""), name): value for (group, name), value in values.items()}
 
 
 def _value(block: bytes, at: int, numbers: _Numbers) -> list[str] | NDArray[Any]:
@@ -183,26 +178,27 @@ class _Layout:
         return (4 if self.real else 2) * (4 * self.points + self.channels * self.times)
 
 
-def _layout(header: bytes, numbers: _Numbers, groups: _Groups, size: int) -> _Layout:
+def _layout(header: bytes, numbers: _Numbers, parameters: _Parameters, size: int) -> _Layout:
     """Where the samples are; header and parameters have to agree with the size of the file."""
     words = [int(word) for word in numbers.read(header, "u2")]
     points, measured, first, last = words[1:5]
     times = words[9]
     scale, rate = numbers.read(header[12:16], "f4")[0], numbers.read(header[20:24], "f4")[0]
-    rate = _number(groups, "POINT", "RATE", float(rate))
+    rate = _number(parameters, "POINT", "RATE", float(rate))
     if rate == 0 and times:
-        rate = _number(groups, "ANALOG", "RATE", 0) / times
+        rate = _number(parameters, "ANALOG", "RATE", 0) / times
     if not 1e-3 < rate < 1e6:
         raise ValueError(f"{rate:g} frames a second")
     channels = measured // times if times else 0
-    if times > 1 and measured == _number(groups, "ANALOG", "USED", 0):
+    if times > 1 and measured == _number(parameters, "ANALOG", "USED", 0):
         channels = measured  # The MotionMonitor counts its channels, not the samples of a frame
     frames = last - first + 1
-    long = groups.get("POINT", {}).get("FRAMES", ())
+    long = parameters.get(("POINT", "FRAMES"), ())
     if last == 0xFFFF and len(long):  # more than the header has room for
-        frames = max(frames, int(_number(groups, "POINT", "LONG_FRAMES", int(long[0]) & 0xFFFF)))
-        ends = groups.get("TRIAL", {}).get("ACTUAL_END_FIELD", ())
-        starts = groups.get("TRIAL", {}).get("ACTUAL_START_FIELD", ())
+        stated = int(long[0]) & 0xFFFF
+        frames = max(frames, int(_number(parameters, "POINT", "LONG_FRAMES", stated)))
+        ends = parameters.get(("TRIAL", "ACTUAL_END_FIELD"), ())
+        starts = parameters.get(("TRIAL", "ACTUAL_START_FIELD"), ())
         if len(ends) == len(starts) == 2:
             frames = max(frames, _long(ends) - _long(starts) + 1)
     start, real = (words[8] - 1) * _BLOCK, bool(scale < 0)
@@ -222,45 +218,49 @@ def _long(words: Sequence[Any]) -> int:
     return (int(words[0]) & 0xFFFF) + (int(words[1]) & 0xFFFF) * 0x10000
 
 
-def _number(groups: _Groups, group: str, name: str, default: float) -> float:
+def _number(parameters: _Parameters, group: str, name: str, default: float) -> float:
     """The first number of a parameter, or the default where it has none."""
-    value = groups.get(group, {}).get(name, ())
+    value = parameters.get((group, name))
     if isinstance(value, np.ndarray) and value.size and np.isfinite(value.flat[0]):
         return float(value.flat[0])
     return default
 
 
-def _listing(groups: _Groups, group: str, name: str) -> list[Any]:
-    """All values of a parameter; beyond 255 they go on in NAME2, NAME3 and so on."""
+def _listing(
+    parameters: _Parameters, group: str, name: str, count: int, filler: Any = ""
+) -> list[Any]:
+    """So many values of a parameter; beyond 255 they go on in NAME2, NAME3 and so on."""
     values: list[Any] = []
     for number in ("", *range(2, 100)):
-        more = groups.get(group, {}).get(f"{name}{number}")
+        more = parameters.get((group, f"{name}{number}"))
         if more is None:
             break
-        values += list(more) if isinstance(more, list) else more.ravel(order="F").tolist()
-    return values
+        values += more if isinstance(more, list) else more.ravel(order="F").tolist()
+    return [*values, *[filler] * count][:count]
 
 
-def _streams(data: bytes, layout: _Layout, numbers: _Numbers, groups: _Groups) -> list[Stream]:
+def _streams(
+    data: bytes, layout: _Layout, numbers: _Numbers, parameters: _Parameters
+) -> list[Stream]:
     """The analog channels in their units, and the points."""
     kind = "f4" if layout.real else "i2"
     samples = numbers.read(data, kind).reshape(layout.frames, -1)
     start = (layout.first - 1) / layout.rate
     streams = []
     width = 4 * layout.points
-    if layout.channels:
-        raw = samples[:, width:].reshape(-1, layout.channels)
-        texts = [text.upper() for text in _listing(groups, "ANALOG", "FORMAT")]
-        unsigned = texts[:1] == ["UNSIGNED"]
+    if count := layout.channels:
+        raw = samples[:, width:].reshape(-1, count)
+        (text,) = _listing(parameters, "ANALOG", "FORMAT", 1)
+        unsigned = text.upper() == "UNSIGNED"
         words = unsigned and not layout.real
         values = (raw.astype(np.int16).view(np.uint16) if words else raw).astype(np.float64)
-        offsets = _padded(_listing(groups, "ANALOG", "OFFSET"), layout.channels, 0)
-        scales = _padded(_listing(groups, "ANALOG", "SCALE"), layout.channels, 1)
+        offsets = _listing(parameters, "ANALOG", "OFFSET", count, 0)
+        scales = _listing(parameters, "ANALOG", "SCALE", count, 1)
         if unsigned:
             offsets = [int(offset) & 0xFFFF for offset in offsets]
-        values = (values - offsets) * scales * _number(groups, "ANALOG", "GEN_SCALE", 1)
-        labels = _padded(_listing(groups, "ANALOG", "LABELS"), layout.channels, "")
-        units = _padded(_listing(groups, "ANALOG", "UNITS"), layout.channels, "")
+        values = (values - offsets) * scales * _number(parameters, "ANALOG", "GEN_SCALE", 1)
+        labels = _listing(parameters, "ANALOG", "LABELS", count)
+        units = _listing(parameters, "ANALOG", "UNITS", count)
         named = unique_names([label or f"channel {i}" for i, label in enumerate(labels, 1)])
         streams.append(
             Stream(
@@ -273,44 +273,36 @@ def _streams(data: bytes, layout: _Layout, numbers: _Numbers, groups: _Groups) -
     if layout.points:
         points = samples[:, :width].reshape(layout.frames, layout.points, 4).astype(np.float64)
         if not layout.real:
-            points[:, :, :3] *= abs(_number(groups, "POINT", "SCALE", 1))
+            points[:, :, :3] *= abs(_number(parameters, "POINT", "SCALE", 1))
         points[points[:, :, 3] < 0] = np.nan  # was not seen
-        labels = _padded(_listing(groups, "POINT", "LABELS"), layout.points, "")
-        units = _padded(_listing(groups, "POINT", "UNITS"), 1, "")
+        labels = _listing(parameters, "POINT", "LABELS", layout.points)
+        (unit,) = _listing(parameters, "POINT", "UNITS", 1)
         named = unique_names([label or f"point {i}" for i, label in enumerate(labels, 1)])
         streams.append(
             Stream(
                 _POINTS,
                 start + np.arange(layout.frames) / layout.rate,
                 points[:, :, :3].reshape(layout.frames, -1),
-                tuple(Channel(f"{name}.{axis}", units[0]) for name in named for axis in "xyz"),
+                tuple(Channel(f"{name}.{axis}", unit) for name in named for axis in "xyz"),
                 chosen=False,
             )
         )
     return streams
 
 
-def _padded(values: list[Any], number: int, filler: Any) -> list[Any]:
-    """So many values."""
-    return [*values, *[filler] * number][:number]
-
-
-def _events(groups: _Groups) -> list[Events]:
+def _events(parameters: _Parameters) -> list[Events]:
     """The events of each context, such as Left and Right."""
-    times = groups.get("EVENT", {}).get("TIMES")
+    times = parameters.get(("EVENT", "TIMES"))
     if not isinstance(times, np.ndarray) or times.ndim != 2 or times.shape[0] != 2:
         return []
-    number = times.shape[1]
+    count = times.shape[1]
     seconds = times[0].astype(np.float64) * 60 + times[1]
-    labels = _padded(_listing(groups, "EVENT", "LABELS"), number, "")
-    contexts = [
-        name or "General" for name in _padded(_listing(groups, "EVENT", "CONTEXTS"), number, "")
-    ]
+    labels = _listing(parameters, "EVENT", "LABELS", count)
+    contexts = [str(name or "General") for name in _listing(parameters, "EVENT", "CONTEXTS", count)]
+    rows: dict[str, list[int]] = {}
+    for row, name in enumerate(contexts):
+        rows.setdefault(name, []).append(row)
     return [
-        Events(
-            context,
-            seconds[[i for i in range(number) if contexts[i] == context]],
-            [str(labels[i]) for i in range(number) if contexts[i] == context],
-        )
-        for context in dict.fromkeys(map(str, contexts))
+        Events(name, seconds[places], [str(labels[i]) for i in places])
+        for name, places in rows.items()
     ]

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.formats.recording import ReadOptions, Recording
-from forcelab.formats.table import BodyReader, TypedColumn, make_recording, typed_layout
+from forcelab.formats.table import TableReader, TypedColumn, make_recording, typed_layout
 from forcelab.formats.table_columns import choose_roles
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ def read_frame(
         Path(where),
     )
     roles = choose_roles(layout, options)
-    reader = BodyReader(layout, roles)
+    reader = TableReader(layout, roles)
     reader.read(np.arange(1, length + 1), dict(enumerate(values for _, values in columns)))
     return make_recording(name, reader.finish(), options, beside=False)
 

@@ -75,9 +75,9 @@ def to_elan(
         ET.SubElement(
             header,
             "LINKED_FILE_DESCRIPTOR",
-            LINK_URL=_plain(_url(folder / name)),
+            LINK_URL=_xml_text(_url(folder / name)),
             MIME_TYPE="text/xml" if name.endswith(".xml") else "text/plain",
-            RELATIVE_LINK_URL=_plain(f"./{name}"),
+            RELATIVE_LINK_URL=_xml_text(f"./{name}"),
         )
     order = ET.SubElement(root, "TIME_ORDER")
     number = 0
@@ -85,9 +85,9 @@ def to_elan(
         tier = ET.SubElement(
             root,
             "TIER",
-            ANNOTATOR=_plain(track.author),
+            ANNOTATOR=_xml_text(track.author),
             LINGUISTIC_TYPE_REF=_TYPE,
-            TIER_ID=_plain(track.author),
+            TIER_ID=_xml_text(track.author),
         )
         for segment in track.segments:
             start, end = (_milliseconds(float(time)) for time in (segment.start, segment.end))
@@ -109,7 +109,7 @@ def to_elan(
                 TIME_SLOT_REF1=first,
                 TIME_SLOT_REF2=last,
             )
-            ET.SubElement(annotation, "ANNOTATION_VALUE").text = _plain(segment.action)
+            ET.SubElement(annotation, "ANNOTATION_VALUE").text = _xml_text(segment.action)
     ET.SubElement(header, "PROPERTY", NAME="lastUsedAnnotationId").text = str(number)
     ET.SubElement(
         root,
@@ -125,8 +125,8 @@ def to_elan(
     for action, id_ in entry_ids.items():
         entry = ET.SubElement(words, "CV_ENTRY_ML", CVE_ID=id_)
         value = ET.SubElement(entry, "CVE_VALUE", DESCRIPTION="", LANG_REF=_LANGUAGE)
-        value.text = _plain(action)
-    return _written(root)
+        value.text = _xml_text(action)
+    return _xml_bytes(root)
 
 
 def to_time_series(demonstration: Demonstration, table: Path) -> bytes:
@@ -137,19 +137,19 @@ def to_time_series(demonstration: Demonstration, table: Path) -> bytes:
         "tracksource",
         {
             "sample-type": "Discontinuous Rate",  # each sample with its own time
-            "source-url": _plain(_url(table)),
+            "source-url": _xml_text(_url(table)),
             "time-column": "0",
         },
     )
     ET.SubElement(source, "property", key="provider", value=_TABLE_READER)
     signals = demonstration.signals[:: _stride(demonstration)]
     for column, channel in enumerate(demonstration.channels):
-        track = ET.SubElement(source, "track", derivative="0", name=_plain(channel.name))
+        track = ET.SubElement(source, "track", derivative="0", name=_xml_text(channel.name))
         ET.SubElement(track, "property", {"key": "detect-range", "value": "true"})
         position = ET.SubElement(track, "sample-position")
         ET.SubElement(position, "pos", row="0", col=str(column + 1))
         ET.SubElement(track, "description")
-        ET.SubElement(track, "units").text = _plain(channel.unit)
+        ET.SubElement(track, "units").text = _xml_text(channel.unit)
         measured = signals[:, column][np.isfinite(signals[:, column])]
         low, high = (measured.min(), measured.max()) if measured.size else (0.0, 1.0)
         ET.SubElement(track, "range", min=f"{low:.6g}", max=f"{high:.6g}")
@@ -157,7 +157,7 @@ def to_time_series(demonstration: Demonstration, table: Path) -> bytes:
         ET.SubElement(track, "color").text = ",".join(
             str(int(colour[place : place + 2], 16)) for place in (1, 3, 5)
         )
-    return _written(root)
+    return _xml_bytes(root)
 
 
 def write_time_series(demonstration: Demonstration, stream: BinaryIO) -> None:
@@ -192,10 +192,10 @@ def _now() -> str:
     return datetime.now(timezone.utc).isoformat(timespec="seconds")
 
 
-def _written(root: ET.Element) -> bytes:
+def _xml_bytes(root: ET.Element) -> bytes:
     ET.indent(root)
-    written: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
-    return written
+    content: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
+    return content
 
 
 def _milliseconds(seconds: float) -> int:
@@ -212,14 +212,14 @@ def _link(header: ET.Element, video: VideoReference, folder: Path) -> None:
     }
     with suppress(ValueError):  # on another drive
         relative = Path(os.path.relpath(path, folder.resolve())).as_posix()
-        link["RELATIVE_MEDIA_URL"] = _plain(relative if relative[0] == "." else f"./{relative}")
+        link["RELATIVE_MEDIA_URL"] = _xml_text(relative if relative[0] == "." else f"./{relative}")
     origin = _milliseconds(float(video.clock.to_device(0.0)))
     if origin:
         link["TIME_ORIGIN"] = str(origin)
     ET.SubElement(header, "MEDIA_DESCRIPTOR", link)
 
 
-def _plain(text: str) -> str:
+def _xml_text(text: str) -> str:
     """The text, once it is known that XML can hold it."""
     if _UNPRINTABLE.search(text):
         raise InputError(f"The name {text!a} holds a character that ELAN files cannot; rename it.")
@@ -246,17 +246,11 @@ def read_labels(path: Path, options: LabelOptions) -> list[LabelSet]:
     document = _Document(path)
     tiers = document.tiers()
     tracks, remarks = tracks_of_tiers(tiers, options)
-    names = [Path(name).stem for name in document.media if not document.on_force_clock]
-    return [
-        LabelSet(
-            next(filter(None, names), own_stem(path)),
-            tracks,
-            remarks=(*document.remarks, *remarks),
-            media={} if document.on_force_clock else document.media,
-            resolution=0.001,
-            tiers=tuple(tier.name for tier in tiers),
-        )
-    ]
+    media = {} if document.on_force_clock else document.media
+    name = next(filter(None, (Path(file).stem for file in media)), own_stem(path))
+    remarks = [*document.remarks, *remarks]
+    names = tuple(tier.name for tier in tiers)
+    return [LabelSet(name, tracks, None, tuple(remarks), media, resolution=0.001, tiers=names)]
 
 
 @dataclass(slots=True)

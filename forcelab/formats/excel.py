@@ -22,7 +22,7 @@ from forcelab.extras import load_extra
 from forcelab.formats.label_tables import is_label_table
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.signatures import names_in_zip, naming_damage
-from forcelab.formats.table import make_recording, preview_layout, read_rows
+from forcelab.formats.table import make_recordings, preview_layout, read_rows
 from forcelab.formats.table_columns import choose_roles
 from forcelab.formats.table_sniff import HEAD, Layout, Line, find_layout, is_comment
 from forcelab.jobs import Progress
@@ -61,7 +61,7 @@ def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Rec
                 rows = _blocks(_lines(book[title], layout.dialect.width), layout.skip)
                 # What a sheet says of its size need not be true.
                 table = yield from read_rows(layout, roles, rows, letters=0)
-                recordings.append(make_recording(name, table, options))
+                recordings += make_recordings(name, table, options)
             except InputError as error:
                 failures.append(error)
                 left.append(f"Sheet '{title}' was left out: {error}")

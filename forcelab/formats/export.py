@@ -12,7 +12,7 @@ from typing import Any, BinaryIO, Final, Literal
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.formats.archive import write_archive
-from forcelab.formats.boris import Observation, VideoFile, to_boris
+from forcelab.formats.boris import Observation, to_boris
 from forcelab.formats.elan import to_elan, to_time_series, write_time_series
 from forcelab.formats.label_studio import forces_task, interface, local_file, video_task
 from forcelab.formats.lerobot_subtasks import writing_subtasks
@@ -57,7 +57,6 @@ class ExportFormat:
     """What labels can be written as; command line and window offer what :data:`FORMATS` holds."""
 
     label: str  #: in the window
-    suffix: str  #: of each file, unless `join` names its own
     #: What a file is made of; "dataset": the labels go into what was imported.
     per: Literal["demonstration", "track", "project", "dataset"]
     #: A file's bytes, or a StreamWriter; items, where there is a `join`; None: the project is
@@ -65,6 +64,7 @@ class ExportFormat:
     convert: Callable[[Part], Any] | None = None
     #: Makes a project's files of all items: their bytes by what their names end in.
     join: Callable[[Project, list[Any]], dict[str, bytes]] | None = None
+    suffix: str = ""  #: of each file that is not joined
     prints: bool = True  #: whether a single file may go to standard output
     binary: bool = False  #: whether a file is no text
     #: Further files for each part, by what their names end in.
@@ -113,17 +113,12 @@ def _observations(part: Part) -> list[Observation]:
     """Tracks with what else is known of how they were observed: the video, and when."""
     project, info = part.project, part.info
     videos = part.demonstration().videos if info.has_video else ()
-    files = tuple(VideoFile(v.path, v.clock, *stated_rate_and_length(v.path)) for v in videos)
-    return [
-        Observation(
-            part.title,
-            info.task,
-            track,
-            files,
-            next((edit.time for edit in project.tracks.history(info.id, track.author)), None),
-        )
-        for track in part.tracks
-    ]
+    observations = []
+    for track in part.tracks:
+        edits = project.tracks.history(info.id, track.author)
+        begun = next((edit.time for edit in edits), None)
+        observations.append(Observation(part.title, info.task, track, videos, begun))
+    return observations
 
 
 def _boris(project: Project, observations: list[Observation]) -> dict[str, bytes]:
@@ -184,7 +179,10 @@ def _tasks(
     tasks = [task for task, _ in items]
     channels = [name for name in items[0][1] if all(name in own for _, own in items)]
     if items[0][1] and not channels:
-        raise InputError("The demonstrations have no channel in common; export a task at a time.")
+        raise InputError(
+            "The demonstrations have no channel in common, and Label Studio shows the same "
+            "channels of all; export those that have the same at a time."
+        )
     vocabulary = _vocabulary(project, {task["data"]["task"] for task in tasks})
     return {
         ".label-studio.json": json.dumps(tasks, indent=1).encode(),
@@ -209,7 +207,6 @@ def _forces_table(part: Part) -> StreamWriter:
 FORMATS: Final[dict[str, ExportFormat]] = {
     "table": ExportFormat(
         "CSV for statistics: one table of all, one row per segment",
-        "",
         "project",
         _statistics_rows,
         lambda _project, rows: {".segments.csv": to_statistics_table(rows).encode()},
@@ -217,25 +214,25 @@ FORMATS: Final[dict[str, ExportFormat]] = {
     ),
     "csv": ExportFormat(
         "CSV: one file per demonstration, one row per segment",
-        ".labels.csv",  # not .csv: that is what recordings are called
         "demonstration",
         lambda part: to_csv(part.tracks).encode(),
+        suffix=".labels.csv",  # not .csv: that is what recordings are called
         group="table",
     ),
     "samples": ExportFormat(
         "CSV with forces: one row per sample, labels and predictions beside",
-        f"{SAMPLES}.csv",
         "demonstration",
         lambda part: _samples(part, SampleTable.write_csv),
+        suffix=f"{SAMPLES}.csv",
         predictions=True,
         unlabelled=True,
         group="table",
     ),
     "parquet": ExportFormat(
         "Parquet with forces: one row per sample, labels and predictions beside",
-        f"{SAMPLES}.parquet",
         "demonstration",
         lambda part: _samples(part, SampleTable.write_parquet),
+        suffix=f"{SAMPLES}.parquet",
         binary=True,
         predictions=True,
         unlabelled=True,
@@ -243,28 +240,26 @@ FORMATS: Final[dict[str, ExportFormat]] = {
     ),
     "elan": ExportFormat(
         "ELAN: one file per demonstration, one tier per coder, with videos and forces",
-        ".eaf",
         "demonstration",
         _elan,
+        suffix=".eaf",
         prints=False,  # the links to videos start from the file's folder
         beside=((FORCES, _elan_forces), (SERIES, _elan_series)),
     ),
     "textgrid": ExportFormat(
         "TextGrid of Praat: one file per demonstration, one tier per coder",
-        ".TextGrid",
         "demonstration",
         lambda part: to_textgrid(part.tracks, part.info.duration),
+        suffix=".TextGrid",
     ),
     "boris": ExportFormat(
         "BORIS: one project, one observation per coder and demonstration",
-        "",
         "project",
         _observations,
         _boris,
     ),
     "label-studio": ExportFormat(
         "Label Studio: forces as time series, labels and predictions on them",
-        "",
         "project",
         _forces_task,
         _tasks,
@@ -274,7 +269,6 @@ FORMATS: Final[dict[str, ExportFormat]] = {
     ),
     "label-studio-video": ExportFormat(
         "Label Studio: videos with timelines of labels and predictions",
-        "",
         "project",
         _video_task,
         _tasks,
@@ -283,21 +277,20 @@ FORMATS: Final[dict[str, ExportFormat]] = {
     ),
     "audacity": ExportFormat(
         "Audacity: one label track per coder and demonstration",
-        ".txt",
         "track",
         lambda part: to_audacity(part.tracks[0]).encode(),
+        suffix=".txt",
     ),
     "lerobot": ExportFormat(
         "LeRobot: subtasks of all frames, into the dataset that was imported",
-        "",
         "dataset",
         prints=False,
         group="whole",
     ),
     "archive": ExportFormat(
         "Archive: the whole project as one file, to be imported again",
-        ".zip",
         "project",
+        suffix=".zip",
         binary=True,
         group="whole",
     ),
@@ -393,12 +386,10 @@ def _parts(
     times = Counter(info.name.casefold() for info in infos)
     parts = []
     for info in infos:
-        prediction = predicted.get(info.id)
         if ids is not None and info.id not in ids:
             continue
-        if not (info.authors or prediction or unlabelled):
-            continue
         hidden = viewer is not None and project.coding.is_blind(info.id, viewer)
+        prediction = None if hidden else predicted.get(info.id)
         tracks = tuple(
             track
             for track in project.tracks.of(info.id)
@@ -408,8 +399,6 @@ def _parts(
         # Its name alone where no other has it: beside its recording, it is read with that.
         unique = not info.task or times[info.name.casefold()] == 1
         title = info.name if unique else f"{info.task} - {info.name}"
-        if hidden:
-            prediction = None
         if tracks or prediction or unlabelled:
             parts.append(Part(project, info, tracks, title, out, prediction))
     return parts

@@ -11,6 +11,7 @@ from typing import Final, TypeAlias
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.formats.recording import ReadOptions
+from forcelab.text import listed
 
 #: Names and places that lead to a value, as in a message of a bag.
 FieldPath: TypeAlias = tuple[str | int, ...]
@@ -74,6 +75,12 @@ def values_within(address: str, *names: str) -> bool:
     full = address.removeprefix("/")
     bare = [name.removeprefix("/") for name in names]
     return any(full == name or full.startswith((f"{name}.", f"{name}/")) for name in bare)
+
+
+def unknown_name(name: str, kind: str, known: Sequence[str]) -> InputError:
+    """The error for a name that means nothing, or more than one thing."""
+    cure = f"name one of {listed(known)}" if known else "there are none"
+    return InputError(f"it has no {kind} called '{name}'; {cure}.")
 
 
 def name_forces(name: str, number: int) -> tuple[tuple[str, ...], tuple[str, ...]]:

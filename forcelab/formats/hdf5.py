@@ -169,19 +169,17 @@ class Walk:
             if (part.kind not in "biufS" and not text) or (part.subdtype and len(shape) > 1):
                 self.leave(where, "neither numbers nor text")
                 continue
-            whole = (*shape, *part.shape)
-            codes = h5py.check_enum_dtype(part) or {}
-            names = attributes.texts(_CODES)
+            enumeration = h5py.check_enum_dtype(part) or {}
+            codes = {int(code): str(word) for word, code in enumeration.items()}
             self.arrays.append(
                 Array(
                     where,
-                    whole,
-                    np.dtype(object if text else float if attributes.scales() else part.base),
+                    (*shape, *part.shape),
+                    np.dtype(object if text else float if attributes.scaled else part.base),
                     partial(self.load, data, where, name, attributes),
                     unit=next(iter(attributes.texts(_UNITS)), ""),
                     names=attributes.texts(_NAMES),
-                    codes={int(code): str(name) for name, code in codes.items()}
-                    or dict(enumerate(names)),
+                    codes=codes or dict(enumerate(attributes.texts(_CODES))),
                     rate=rate,
                     chunks=(*(data.chunks or (1,) * len(shape)), *part.shape),
                 )
@@ -197,8 +195,6 @@ class Walk:
         axis: int,
     ) -> NDArray[Any]:
         """A part of a data set as what was measured."""
-        import h5py
-
         stored = min(int(data.id.get_storage_size()), self.size)
         count = math.prod(data.shape)
         if part.start is None and part.stop is not None and axis < data.ndim:
@@ -206,11 +202,7 @@ class Walk:
             count = count // max(1, data.shape[axis]) * min(part.stop, data.shape[axis])
         for number in (count, math.prod(data.chunks or ())):  # a chunk is unpacked as a whole
             check_size(path, number, stored, data.dtype.itemsize)
-        source = data.fields(member) if member else data
-        kind = data.dtype.fields[member][0] if member else data.dtype
-        if h5py.check_string_dtype(kind) is not None and not member:
-            source = data.asstr(errors="replace")
-        values = np.asarray(cut(source, part, axis))
+        values = np.asarray(cut(data.fields(member) if member else data, part, axis))
         if data.ndim <= axis:  # an axis of the member
             values = cut(values, part, axis)
         if values.dtype == object:
@@ -229,6 +221,10 @@ class Attributes:
     def __init__(self, item: Any) -> None:
         self._item = item
         self._names = tuple(item.attrs)  # asking for each by name takes longer than the rest
+        self._scale, self._offset = self.number(_SCALES), self.number(_OFFSETS)
+        self._missing = self.number(_MISSING)
+        #: Whether the numbers stand for others.
+        self.scaled = (self._scale, self._offset, self._missing) != (None, None, None)
 
     def _value(self, name: str) -> Any:
         """An attribute, where there is one and it is short."""
@@ -260,21 +256,15 @@ class Attributes:
                 return float(value.reshape(-1)[0])
         return None
 
-    def scales(self) -> bool:
-        """Whether the numbers stand for others."""
-        return any(self.number(names) is not None for names in (_SCALES, _OFFSETS, _MISSING))
-
     def measured(self, values: NDArray[Any]) -> NDArray[Any]:
         """The numbers that were measured, in 64 bits where the stored ones stand for others."""
-        if values.dtype.kind not in "iuf" or not self.scales():
+        if values.dtype.kind not in "iuf" or not self.scaled:
             return values
-        missing = self.number(_MISSING)
         result = values.astype(np.float64)
-        if missing is not None:
-            result[values == missing] = np.nan
-        scale, offset = self.number(_SCALES), self.number(_OFFSETS)
-        result *= 1.0 if scale is None else scale
-        result += offset or 0.0
+        if self._missing is not None:
+            result[values == self._missing] = np.nan
+        result *= 1.0 if self._scale is None else self._scale
+        result += self._offset or 0.0
         return result
 
     def rate(self) -> float | None:

@@ -22,7 +22,7 @@ from forcelab.errors import InputError
 from forcelab.formats import identify, reading
 from forcelab.formats.archive import unpacking
 from forcelab.formats.calibration import read_calibrations
-from forcelab.formats.label_tables import has_labels_beside
+from forcelab.formats.label_tables import labels_file_beside
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.jobs import Progress, finish, map_progress
 from forcelab.project import AddResult, NewDemonstration, Project
@@ -50,7 +50,7 @@ def pair_videos(paths: Sequence[Path]) -> tuple[list[Path], dict[Path, dict[str,
     recordings: dict[str, list[Path]] = {}
     for path in paths:
         if not is_video(path):
-            recordings.setdefault(_key(path), []).append(path)
+            recordings.setdefault(path.stem.casefold(), []).append(path)
     candidates: dict[tuple[Path, str], list[Path]] = {}
     for video in filter(is_video, paths):
         # The longest name that a recording has is that of its own.
@@ -97,9 +97,9 @@ def attach_videos(
     stored = _stored_videos(project) if videos else {}
     failures: dict[Path, InputError] = {}
     for path, named in videos.items():
-        recording = result[path][0] if len(result.get(path, ())) == 1 else None
-        if recording is None:
+        if len(result.get(path, ())) != 1:
             continue
+        (recording,) = result[path]
         demonstration, remarks = recording.demonstration, list(recording.remarks)
         attached = list(demonstration.videos)
         present = {*stored.get(demonstration.id, ()), *(video.name for video in attached)}
@@ -133,11 +133,6 @@ def _stored_videos(project: Path) -> dict[str, tuple[str, ...]]:
 
 def is_video(path: Path) -> bool:
     return path.suffix.lower() in _SUFFIXES
-
-
-def _key(path: Path) -> str:
-    """The name that a recording and its video share."""
-    return path.stem.casefold()
 
 
 #: How many files are named that share a remark.
@@ -364,7 +359,7 @@ def _formats_of(files: Iterable[str | os.PathLike[str]]) -> dict[Path, str | Non
             format_ = identify(path)
             formats[key] = format_.name
             several = len(paths) > 1 and format_.columns
-            if several and (labels := has_labels_beside(path)) is not None:
+            if several and (labels := labels_file_beside(path)) is not None:
                 beside.add(os.path.realpath(labels))
     return {paths[key]: name for key, name in formats.items() if key not in beside}
 

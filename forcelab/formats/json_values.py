@@ -28,22 +28,21 @@ class JsonValue:
 
     def members(self) -> Iterator[tuple[str, JsonValue]]:
         """The names and values of an object."""
-        for key, value in self._of(dict, "an object", {}).items():
+        for key, value in self._of(dict, "an object").items():
             yield key, JsonValue(value, f"{self.where}, {key!a:.40}")
 
     def member(self, key: str) -> JsonValue:
         """A value of an object."""
-        value = self._of(dict, "an object", {}).get(key)
-        return JsonValue(value, f"{self.where}, '{key}'")
+        return JsonValue(self._of(dict, "an object").get(key), f"{self.where}, '{key}'")
 
     def items(self) -> list[JsonValue]:
         """The values of a list."""
-        values = self._of(list, "a list", [])
-        return [JsonValue(value, f"{self.where}, {i}") for i, value in enumerate(values, start=1)]
+        values = enumerate(self._of(list, "a list"), start=1)
+        return [JsonValue(value, f"{self.where}, {number}") for number, value in values]
 
     def text(self) -> str:
         """A text; empty where there is none."""
-        return str(self._of(str, "a text", ""))
+        return str(self._of(str, "a text"))
 
     def number(self, default: float | None = None) -> float:
         """A finite number."""
@@ -64,12 +63,12 @@ class JsonValue:
             f"program that it is from."
         )
 
-    def _of(self, kind: type, expected: str, default: Any) -> Any:
-        if self.value is None:
-            return default
-        if not isinstance(self.value, kind):
+    def _of(self, kind: type, expected: str) -> Any:
+        """The value, which is of that type; an empty one where there is none."""
+        value = kind() if self.value is None else self.value
+        if not isinstance(value, kind):
             raise self.unexpected(expected)
-        return self.value
+        return value
 
 
 def read_content(path: Path) -> bytes:

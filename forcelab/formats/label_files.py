@@ -32,17 +32,17 @@ from forcelab.formats.table_sniff import find_layout, head_lines, is_label_name
 from forcelab.formats.track_text import edges_of, nearest, on_samples, with_edges
 from forcelab.jobs import Progress, finish
 from forcelab.labels import (
-    OVERHANG,
     Segments,
     Track,
     check_name,
     first_beyond,
     is_model,
     means_unlabelled,
+    overhang,
 )
 from forcelab.project import DemonstrationInfo, LabelImport, Project
 from forcelab.segment_edits import tell_changes
-from forcelab.text import counted, listed, name_alike
+from forcelab.text import counted, listed, name_alike, task_text
 from forcelab.vocabulary import MOST_ACTIONS
 
 #: Demonstrations that a sentence names; further ones it only counts.
@@ -344,11 +344,6 @@ def importing_labels(
         return importer.report()
 
 
-def _slack(duration: float) -> float:
-    """Seconds by which two lengths of one demonstration may differ."""
-    return max(1.0, OVERHANG * duration)
-
-
 class _Matcher:
     """Finds the demonstration that labels are of."""
 
@@ -392,7 +387,7 @@ class _Matcher:
         if len(found) > 1:
             fitting = [match for match in found if self._fits(match[0], labels)]
             if len(fitting) != 1:
-                where = [f"'{info.name}' of {info.task or 'no task'}" for info, _ in found]
+                where = [f"'{info.name}' of {task_text(info.task)}" for info, _ in found]
                 return f"'{labels.name}' may be {listed(where, NAMED)}; choose one (--demo)."
             found = fitting
         return found[0]
@@ -400,9 +395,9 @@ class _Matcher:
     def _fits(self, info: DemonstrationInfo, labels: LabelSet) -> bool:
         """Whether a demonstration is as long as the labels say, and holds them."""
         if labels.duration is not None:
-            return abs(labels.duration - info.duration) <= _slack(info.duration)
+            return abs(labels.duration - info.duration) <= overhang(info.duration)
         end = max((s.end for track in labels.tracks for s in track.segments), default=0.0)
-        return end + self._options.offset <= info.duration + _slack(info.duration)
+        return end + self._options.offset <= info.duration + overhang(info.duration)
 
 
 def _look_up(
@@ -501,7 +496,7 @@ class _Importer:
         if not tiers:
             return ""
         return (
-            f"Tiers were read as authors and are called as actions of {info.task or 'no task'}: "
+            f"Tiers were read as authors and are called as actions of {task_text(info.task)}: "
             f"{listed(tiers, NAMED)}; if they are actions, say so (--tiers actions)."
         )
 
@@ -509,7 +504,7 @@ class _Importer:
     def _wrong_length(labels: LabelSet, info: DemonstrationInfo) -> str:
         """A remark on labels of something that is not as long as the demonstration."""
         length = labels.duration
-        if length is None or abs(length - info.duration) <= _slack(info.duration):
+        if length is None or abs(length - info.duration) <= overhang(info.duration):
             return ""
         return (
             f"Its labels are of {length:.6g} s, and '{info.name}' is {info.duration:.6g} s long; "
@@ -561,7 +556,7 @@ class _Importer:
             similar = name_alike(action, known)
             if had_some or similar:
                 beside = f" (there is '{similar}')" if similar else ""
-                remarks.append(f"New action '{action}'{beside} of {task or 'no task'}.")
+                remarks.append(f"New action '{action}'{beside} of {task_text(task)}.")
             known.append(action)
         return remarks
 
@@ -603,7 +598,7 @@ class _Importer:
         actions = {*track.actions, *self._known_actions(info.task)}
         if len(actions) > MOST_ACTIONS:
             return (
-                f"With the labels of {author}, {info.task or 'no task'} would have "
+                f"With the labels of {author}, {task_text(info.task)} would have "
                 f"{len(actions):,} actions, more than {MOST_ACTIONS:,}; check that these are "
                 "actions and not remarks."
             )

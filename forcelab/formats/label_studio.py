@@ -275,9 +275,7 @@ class _TaskLabels:
         remarks = tuple(
             f"{left_out(number, what)}." for what, number in self.left_out.items() if number
         )
-        return LabelSet(
-            self.name, tracks, remarks=remarks, media=self._media, resolution=self._resolution
-        )
+        return LabelSet(self.name, tracks, None, remarks, self._media, self._resolution)
 
     def _timeline(self, value: JsonValue, data: JsonValue) -> Iterator[tuple[float, float]]:
         """The times of ranges of frames, both of which belong to them."""
@@ -349,17 +347,16 @@ def _file_name(address: str) -> str:
 
 def _is_number(value: object) -> bool:
     """Whether a text is a number, as values of tables are imported."""
-    return isinstance(value, str) and re.fullmatch(r"\d{1,6}(?:\.\d{0,20})?", value) is not None
+    return isinstance(value, str) and bool(re.fullmatch(r"-?\d{1,15}(?:\.\d{0,20})?", value))
 
 
 def _seconds(value: JsonValue) -> float:
     """A time of a time series, which may be a text."""
-    text = value.value
-    if isinstance(text, str):
-        if re.fullmatch(r"-?\d{1,15}(?:\.\d{0,20})?", text):
-            return float(text)
+    if _is_number(value.value):
+        return float(value.value)
+    if isinstance(value.value, str):
         raise InputError(
-            f"{value.where} is {text[:40]!a}, no number of seconds; export with times as numbers "
-            f"from the start (no timeFormat)."
+            f"{value.where} is {value.value[:40]!a}, no number of seconds; export with times as "
+            f"numbers from the start (no timeFormat)."
         )
     return value.number()

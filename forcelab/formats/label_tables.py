@@ -37,12 +37,16 @@ from forcelab.formats.track_text import edges_of, on_samples, plain_text, with_e
 from forcelab.labels import Segment, Track, check_name, first_beyond, means_unlabelled
 from forcelab.text import left_out
 
-_STARTS = frozenset(["start", "begin", "onset", "from"])
 #: An offset is an end where no other column is: BORIS tells the "Time offset" of the media, too.
 _ENDS = ("end", "stop", "to", "finish", "offset")
-_ACTIONS = frozenset(["text", "name", "event", "state"])
-_AUTHORS = frozenset(["author", "coder", "annotator", "rater", "observer"])
-_PLACES = (".labels.csv", ".labels.tsv", ".labels.txt", "_labels.csv")
+#: What a column is by the first word of its name; else a name of labels is one of actions.
+_ROLES = {
+    **dict.fromkeys(["start", "begin", "onset", "from"], "start"),
+    **{word: word for word in _ENDS},
+    **dict.fromkeys(["text", "name", "event", "state"], "action"),
+    **dict.fromkeys(["author", "coder", "annotator", "rater", "observer"], "author"),
+}
+_ENDINGS = (".labels.csv", ".labels.tsv", ".labels.txt", "_labels.csv")
 
 
 def _segment_lines(text: Sequence[Line]) -> list[Line]:
@@ -56,19 +60,13 @@ def _columns(layout: Layout, *, requested: bool = False) -> tuple[int, int, int,
     Without a header it has to look like one, unless it was asked to be read as one.
     """
     indices: dict[str, int] = {}
-    end_columns: dict[str, int] = {}
     for index, column in enumerate(layout.columns):
         words = re.split(r"[\W_]+", column.name.lower()) if column.named else []
-        first = [word for word in words if word not in {"t", "time"}][:1]
-        for role, names in (("start", _STARTS), ("author", _AUTHORS)):
-            if first and first[0] in names:
-                indices.setdefault(role, index)
-        if first and first[0] in _ENDS:
-            end_columns.setdefault(first[0], index)
-        if is_label_name(column.name) or (first and first[0] in _ACTIONS):
-            indices.setdefault("action", index)
-    if end_columns and {"start", "action"} <= indices.keys():
-        end = next(end_columns[word] for word in _ENDS if word in end_columns)
+        first = next((word for word in words if word not in {"t", "time"}), "")
+        role = _ROLES.get(first) or ("action" if is_label_name(column.name) else "")
+        indices.setdefault(role, index)
+    end = next((indices[word] for word in _ENDS if word in indices), None)
+    if end is not None and {"start", "action"} <= indices.keys():
         return indices["start"], end, indices["action"], indices.get("author")
     kinds = layout.kinds
     headless = not any(column.named for column in layout.columns)
@@ -97,14 +95,14 @@ def is_label_table(head: bytes) -> bool:
     return layout is not None and _columns(layout) is not None
 
 
-def has_labels_beside(path: Path) -> Path | None:
+def labels_file_beside(path: Path) -> Path | None:
     """The labels file beside a recording, if there is one.
 
     For ``NAME.csv`` that is ``NAME.labels.csv``, ``NAME.labels.tsv``, ``NAME.labels.txt``,
     ``NAME_labels.csv``, or ``NAME.txt`` if it is an Audacity label track; the first that exists.
     """
-    for place in _PLACES:
-        candidate = path.with_name(path.stem + place)
+    for ending in _ENDINGS:
+        candidate = path.with_name(path.stem + ending)
         if _is_file(candidate) and candidate != path:
             return candidate
     audacity = path.with_suffix(".txt")
@@ -346,7 +344,7 @@ def own_or_beside_tracks(
     it count from the start of the recording, or are on the clock of its stamps where only that
     fits. Errors of the file beside it are remarks where the recording has labels of its own.
     """
-    beside = has_labels_beside(path)
+    beside = labels_file_beside(path)
     if beside is None:
         return tracks, []
     authors = {track.author for track in tracks}

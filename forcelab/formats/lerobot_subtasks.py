@@ -50,16 +50,13 @@ def writing_subtasks(
     with file_errors(f"'{path}' was not changed"):
         dataset = Dataset(path)
         found = yield from _matching(dataset, labelled, strict)
-    names, known = list(dataset.subtasks), len(dataset.subtasks)
+    names, named = list(dataset.subtasks), len(dataset.subtasks)
     if not any(map(is_unlabelled, names)):
         names.append(_UNLABELLED)
     used = dict.fromkeys(s.action for segments, _ in found.values() for s in segments)
     names += [action for action in used if action not in names]
-    rest = next(number for number, name in enumerate(names) if is_unlabelled(name))
-    codes = {
-        number: np.where((coded := _codes(segments, times, names)) < 0, rest, coded)
-        for number, (segments, times) in found.items()
-    }
+    unlabelled = next(number for number, name in enumerate(names) if is_unlabelled(name))
+    codes = {number: _codes(*labels, names, unlabelled) for number, labels in found.items()}
     changed = []
     with (
         file_errors(f"'{dataset.path}' was not changed"),
@@ -71,7 +68,7 @@ def writing_subtasks(
         _refuse_linked_folders(new, [*targets.values(), new / SUBTASKS_FILE])
         for done, file in enumerate(files):
             yield Progress(done, len(files), f"writing {file.name}")
-            if _write_data(file, targets[file], codes, rest, known):
+            if _write_data(file, targets[file], codes, unlabelled, named):
                 changed.append(file)
         for name, content in ((SUBTASKS_FILE, _names_table(names)), (LEROBOT_INFO, _info(dataset))):
             (new / name).unlink(missing_ok=True)
@@ -157,39 +154,42 @@ def _refuse_missing(dataset: Dataset, missing: Sequence[DemonstrationInfo], stri
 
 
 def _codes(
-    segments: Segments, times: NDArray[np.float64], names: Sequence[str]
+    segments: Segments, times: NDArray[np.float64], names: Sequence[str], unlabelled: int
 ) -> NDArray[np.int64]:
-    """The number of each frame's label, below zero without one; frames may come in any order."""
+    """The number of each frame's label, `unlabelled` without one; frames may come in any order."""
     order = np.argsort(times, kind="stable")  # those without a time come last
     codes = np.empty(len(times), np.int64)
     codes[order] = to_codes(segments, times[order], names)
-    return codes
+    return np.where(codes < 0, unlabelled, codes)
 
 
 def _write_data(
-    file: Path, target: Path, codes: Mapping[int, NDArray[np.int64]], rest: int, known: int
+    file: Path, target: Path, codes: Mapping[int, NDArray[np.int64]], unlabelled: int, named: int
 ) -> bool:
-    """Write a file of frames with each one's subtask, unless it has those; `known` had names."""
+    """Write a file of frames with each one's subtask, unless it has those.
+
+    In the old file numbers below `named` have names.
+    """
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     with open_parquet(file) as parquet:
         schema = parquet.schema_arrow
-        place = schema.get_field_index(SUBTASK)
-        indices = parquet.read(columns=["episode_index", *[SUBTASK][: place + 1]])
+        index = schema.get_field_index(SUBTASK)
+        indices = parquet.read(columns=["episode_index", *[SUBTASK][: index + 1]])
         episodes = indices["episode_index"].to_numpy()
-        old = indices[SUBTASK].to_numpy() if place >= 0 else np.full(len(episodes), -1)
-        # A number that the table had no name for shall not get that of another subtask.
-        values = np.where((old >= 0) & (old < known), old, rest).astype(np.int64)
+        old = indices[SUBTASK].to_numpy() if index >= 0 else np.full(len(episodes), -1)
+        # A number that had no name shall not get that of another subtask.
+        values = np.where((old >= 0) & (old < named), old, unlabelled).astype(np.int64)
         order = np.argsort(episodes, kind="stable")
         numbers, starts = np.unique(episodes[order], return_index=True)
         for number, rows in zip(numbers.tolist(), np.split(order, starts[1:]), strict=True):
             if number in codes:
                 values[rows] = codes[number]
-        if place >= 0 and np.array_equal(values, old):
+        if index >= 0 and np.array_equal(values, old):
             return False
         field_ = pa.field(SUBTASK, pa.int64())
-        schema = schema.append(field_) if place < 0 else schema.set(place, field_)
+        schema = schema.append(field_) if index < 0 else schema.set(index, field_)
         schema = schema.with_metadata(_with_feature(schema.metadata or {}))
         target.unlink()  # it is the same file as the old one
         with target.open("xb") as stream:
@@ -202,10 +202,10 @@ def _write_data(
                     table = parquet.read_row_group(group)
                     column = pa.array(values[start : start + len(table)], pa.int64())
                     start += len(table)
-                    if place < 0:
+                    if index < 0:
                         table = table.append_column(field_, column)
                     else:
-                        table = table.set_column(place, field_, column)
+                        table = table.set_column(index, field_, column)
                     table = table.replace_schema_metadata(schema.metadata)
                     writer.write_table(table, row_group_size=max(1, len(table)))
             stream.flush()

@@ -110,12 +110,10 @@ class _Variables:
         for name, shape, kind in _list_variables(self._path):
             if name.startswith("__"):
                 continue  # the insides of objects and functions
-            if kind in {"cell", "struct"}:
+            if kind in {"cell", "struct", "char"}:
                 self._add(name, self._variable(name), 0)
             elif kind in {"opaque", "object", "function", "sparse", "unknown"}:
                 self._left.append(name)
-            elif kind == "char":
-                self._add(name, self._variable(name), 0)
             else:
                 check_size(name, math.prod(shape), self._path.stat().st_size)
                 dtype = np.dtype({"double": "f8", "single": "f4", "logical": "u1"}.get(kind, kind))
@@ -217,9 +215,7 @@ def _check_packed(path: Path) -> None:
             return  # version 4, which packs nothing
         order = "<" if head[126:128] == b"IM" else ">"
         while tag := file.read(8):
-            if len(tag) < 8:
-                raise InputError(f"'{path}' ends within a variable; copy it again.")
-            kind, length = struct.unpack(f"{order}2I", tag)
+            kind, length = struct.unpack(f"{order}2I", tag) if len(tag) == 8 else (0, size)
             start = file.tell()
             if length > size - start:
                 raise InputError(f"'{path}' ends within a variable; copy it again.")

@@ -10,7 +10,7 @@ from contextlib import AbstractContextManager
 from functools import partial
 from pathlib import Path
 from tokenize import TokenError
-from typing import IO, Any, Final
+from typing import IO, Any, Final, NamedTuple
 
 import numpy as np
 from numpy.lib import format as npy
@@ -49,26 +49,29 @@ def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
         return preview_tree(_tree(path), options)
 
 
+class _Header(NamedTuple):
+    shape: tuple[int, ...]
+    dtype: np.dtype[Any]
+    start: int  #: bytes before the values
+    size: int  #: bytes of the whole array, once it is unpacked
+
+
 def _tree(path: Path) -> Tree:
     arrays: list[Array] = []
     left: list[str] = []
     with path.open("rb") as file:
         zipped = file.read(len(_NPY)) != _NPY
-        if not zipped:
-            file.seek(0)
-            members = {"": path.stat().st_size}
-            headers = {"": _header(file)}
-        else:
-            members, headers = _zipped_headers(path)
-    for name, (shape, dtype, start) in headers.items():
+        file.seek(0)
+        headers = _zipped_headers(path) if zipped else {"": _header(file, path.stat().st_size)}
+    for name, (shape, dtype, start, size) in headers.items():
         if dtype.hasobject:
             left.append(name)
             continue
         values = math.prod(shape)
-        if start + values * dtype.itemsize > members[name]:
+        if start + values * dtype.itemsize > size:
             raise InputError(
                 f"'{path}' is cut off: {name or 'its array'} is said to hold {values:,} values, "
-                f"and {max(0, members[name] - start):,} bytes of it are there; {_CURE}."
+                f"and {max(0, size - start):,} bytes of it are there; {_CURE}."
             )
         for field in dtype.names or ("",):
             field_type = dtype.fields[field][0] if dtype.fields else dtype
@@ -76,9 +79,9 @@ def _tree(path: Path) -> Tree:
                 continue
             array_path = ".".join(part for part in (name, field) if part)
             whole = (*shape, *field_type.shape)
-            load = partial(_load, path, name, field)
+            load = partial(_load, path, name if zipped else None, field)
             # What is packed in an archive is unpacked from its start each time.
-            chunks = () if name or zipped else (1,) * len(whole)
+            chunks = () if zipped else (1,) * len(whole)
             arrays.append(Array(array_path, whole, field_type.base, load, chunks=chunks))
     remarks = []
     if left:
@@ -90,11 +93,8 @@ def _tree(path: Path) -> Tree:
     return Tree(path, tuple(arrays), tuple(remarks))
 
 
-def _zipped_headers(
-    path: Path,
-) -> tuple[dict[str, int], dict[str, tuple[tuple[int, ...], np.dtype[Any], int]]]:
-    """Bytes of each array in an archive once it is unpacked, and its header."""
-    sizes, headers = {}, {}
+def _zipped_headers(path: Path) -> dict[str, _Header]:
+    headers = {}
     with zipfile.ZipFile(path) as archive:
         members = archive.infolist()
         if len(members) > _MOST_MEMBERS:
@@ -102,26 +102,25 @@ def _zipped_headers(
         for member in members:
             name = member.filename.removesuffix(".npy")
             with archive.open(member) as file:
-                shape, dtype, _ = headers[name] = _header(file)
-            check_size(name, math.prod(shape), member.compress_size, dtype.itemsize)
-            sizes[name] = member.file_size
-    return sizes, headers
+                header = headers[name] = _header(file, member.file_size)
+            values = math.prod(header.shape)
+            check_size(name, values, member.compress_size, header.dtype.itemsize)
+    return headers
 
 
-def _header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any], int]:
-    """Shape, type and length of the header of an array."""
+def _header(file: IO[bytes], size: int) -> _Header:
     version = npy.read_magic(file)
     read_header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
     shape, _, dtype = read_header(file)
     if any(length < 0 for length in shape):
         raise ValueError("a length below zero")
-    return shape, dtype, file.tell()
+    return _Header(shape, dtype, file.tell(), size)
 
 
-def _load(path: Path, name: str, field: str, part: slice, axis: int) -> NDArray[Any]:
-    """A part of an array."""
+def _load(path: Path, name: str | None, field: str, part: slice, axis: int) -> NDArray[Any]:
+    """A part of an array, or of one that is called so in an archive."""
     with _naming_damage(path):
-        if not name and not zipfile.is_zipfile(path):
+        if name is None:
             values = np.load(path, mmap_mode="r", allow_pickle=False)
         else:
             with zipfile.ZipFile(path) as archive, archive.open(f"{name}.npy") as file:

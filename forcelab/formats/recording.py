@@ -110,13 +110,12 @@ def parse_episodes(text: str) -> tuple[int, ...]:
         If it says anything else.
     """
     numbers: list[int] = []
-    for part in filter(None, (part.strip() for part in text.split(","))):
-        first, dash, last = part.partition("-")
-        if not all(re.fullmatch(r"\d{1,6}", edge, re.ASCII) for edge in (first, last or first)) or (
-            dash and not int(first) <= int(last or -1)
-        ):
+    for part in filter(None, map(str.strip, text.split(","))):
+        match = re.fullmatch(r"(\d{1,6})(?:-(\d{1,6}))?", part, re.ASCII)
+        first, last = (int(match[1]), int(match[2] or match[1])) if match else (0, -1)
+        if last < first:
             raise InputError(f"'{part}' names no episodes; write such as 0-9,12.")
-        numbers.extend(range(int(first), int(last or first) + 1))
+        numbers.extend(range(first, last + 1))
         if len(numbers) > _MOST_EPISODES:
             raise InputError(f"'{text[:30]}' names more than {_MOST_EPISODES:,} episodes.")
     return tuple(numbers)

@@ -104,7 +104,7 @@ def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Rec
             sample_word="message",
         )
         videos, video_remarks = yield from _write_videos(bag, aligned.pictures, options, count)
-        definitions: Definitions = bag.typestore.fielddefs
+        definitions = bag.typestore.fielddefs
     fields = [field_ for topic_data in data for field_ in topic_data.fields]
     channels = tuple(channel for field_ in fields for channel in field_.channels)
     demonstration = Demonstration(
@@ -345,7 +345,7 @@ def _survey(bag: Any) -> tuple[list[Topic], list[str]]:
     """What each topic holds, by its first message, and topics that hold nothing to be read."""
     topics: list[Topic] = []
     unreadable: list[str] = []
-    definitions: Definitions = bag.typestore.fielddefs
+    definitions = bag.typestore.fielddefs
     for name in dict.fromkeys(connection.topic for connection in bag.connections):
         connections = _connections(bag, name)
         kinds = {c.msgtype for c in connections}

@@ -27,9 +27,9 @@ from forcelab.video.pictures import (
     PictureError,
     PictureVideo,
     UnknownPictureError,
-    pixels,
     read_picture,
     read_pixels,
+    size_text,
 )
 
 _RAW: Final = "sensor_msgs/msg/Image"
@@ -102,14 +102,14 @@ def _describe(message: Any) -> tuple[str, str]:
     trouble = ""
     try:
         picture = _read(message)
-        return f"{picture.source}, {pixels(picture.size)}", ""
+        return f"{picture.source}, {size_text(picture.size)}", ""
     except UnknownPictureError as error:
         trouble = str(error)
     except PictureError:  # which others need not be
         pass
     if message.__msgtype__ != _RAW:
         return str(message.format[:_LONGEST]), trouble
-    return f"{message.encoding[:_LONGEST]}, {pixels((message.width, message.height))}", trouble
+    return f"{message.encoding[:_LONGEST]}, {size_text((message.width, message.height))}", trouble
 
 
 def write_video(
@@ -153,11 +153,9 @@ def write_video(
     if not video.count:
         return None, tuple(remarks)
     how = "as in the bag" if list(sources) == ["JPEG"] else f"{', '.join(sources)} encoded as JPEG"
-    remarks.insert(
-        0,
-        f"{topic} became a video: {counted(video.count, 'frame')} of {pixels(video.size)} ({how}), "
-        f"{amount(path.stat().st_size)}.",
-    )
+    frame_count, size = counted(video.count, "frame"), size_text(video.size)
+    file_size = amount(path.stat().st_size)
+    remarks.insert(0, f"{topic} became a video: {frame_count} of {size} ({how}), {file_size}.")
     return VideoReference(path, ClockMap(video.start), topic), tuple(remarks)
 
 

@@ -28,6 +28,7 @@ from forcelab.formats.fields import (
     is_force_name,
     name_forces,
     numbered,
+    unknown_name,
     values_within,
     with_sensors,
 )
@@ -221,9 +222,9 @@ class TopicData:
         """What was added, to be brought onto one clock with others."""
         return TimedStream(
             self.topic.name,
-            np.array(self.arrived, np.int64),
-            None if self.topic.stamp is None else np.array(self.stamped, np.int64),
-            np.array(self.values).reshape(len(self.arrived), len(self.leaves)),
+            np.asarray(self.arrived, np.int64),
+            None if self.topic.stamp is None else np.asarray(self.stamped, np.int64),
+            np.asarray(self.values).reshape(len(self.arrived), len(self.leaves)),
             None if self.label is None else self.words,
         )
 
@@ -238,7 +239,7 @@ def select_fields(topics: Sequence[Topic], options: ReadOptions) -> list[TopicDa
     addresses += [address for topic in topics for address in topic.words]
     for name in (*options.signals, *options.leave_out):
         if not any(values_within(address, name) for address in addresses):
-            raise _unknown(name, "values", [field_.address for field_ in all_fields])
+            raise unknown_name(name, "values", [field_.address for field_ in all_fields])
     chosen = with_sensors(
         [part for field_ in all_fields if (part := field_.requested(options)).leaves]
     )
@@ -249,25 +250,21 @@ def select_fields(topics: Sequence[Topic], options: ReadOptions) -> list[TopicDa
             f"{listed([topic.name for topic in topics])}); name what is to be read as a "
             "signal, a topic or a field of it as in --signal /topic.field."
         )
-    labelled, label = _find_label(topics, options, {field_.topic for field_ in chosen})
+    label = _label_address(topics, options, {field_.topic for field_ in chosen})
     return [
-        TopicData(topic, own, label if topic.name == labelled else None)
+        TopicData(topic, own, topic.words.get(label))
         for topic in topics
-        if (own := tuple(f for f in chosen if f.topic == topic.name)) or topic.name == labelled
+        if (own := tuple(f for f in chosen if f.topic == topic.name)) or label in topic.words
     ]
 
 
-def _find_label(
-    topics: Sequence[Topic], options: ReadOptions, measured: set[str]
-) -> tuple[str, FieldPath | None]:
-    """Topic and path of the labels: as asked for, else the surest name, beside forces first."""
-    labels = {
-        address: (topic.name, path) for topic in topics for address, path in topic.words.items()
-    }
+def _label_address(topics: Sequence[Topic], options: ReadOptions, measured: set[str]) -> str:
+    """Address of the labels: as asked for, else the surest name, beside forces first; or empty."""
     if options.label is not None:
-        addresses = [address for address in labels if values_within(address, options.label)]
+        words = [address for topic in topics for address in topic.words]
+        addresses = [address for address in words if values_within(address, options.label)]
         if len(addresses) != 1:
-            raise _unknown(options.label, "labels", list(labels))
+            raise unknown_name(options.label, "labels", words)
     else:
         addresses = [
             address
@@ -275,13 +272,7 @@ def _find_label(
             for address in topic.labels
             if not values_within(address, *options.leave_out, *options.signals)
         ]
-    return labels[addresses[0]] if addresses else ("", None)
-
-
-def _unknown(name: str, kind: str, names: Sequence[str]) -> InputError:
-    """The error for a name that means nothing, or more than one thing."""
-    cure = f"name one of {listed(names)}" if names else "there are none"
-    return InputError(f"it has no {kind} called '{name}'; {cure}.")
+    return addresses[0] if addresses else ""
 
 
 def left_numbers(data: Sequence[TopicData]) -> list[str]:

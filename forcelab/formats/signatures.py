@@ -34,7 +34,10 @@ _STARTS: Final[tuple[tuple[bytes, str], ...]] = (
     (b"\x93NUMPY", "a NumPy array"),
     (b"\x89HDF\r\n\x1a\n", "an HDF5 file"),
     (b"MATLAB 5.0 MAT-file", "a MATLAB file"),
-    (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "an old Excel or Word file"),
+    (
+        b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1",
+        "an old Excel or Word file, whose tables can be saved as .xlsx or CSV",
+    ),
     (b"\x1aE\xdf\xa3", "a Matroska or WebM video"),
     (b"OggS", "an Ogg recording"),
     (b"fLaC", "a FLAC recording"),
@@ -163,13 +166,11 @@ def naming_file(path: Path) -> Iterator[None]:
         sentence = str(error) if path.name in str(error) else f"'{path}': {error}"
         # Who tells it may know a cure of its kind of error.
         raise type(error)(_one_line(sentence)) from error
-    except FileNotFoundError as error:
-        sentence = f"'{path}' does not exist; check its spelling and folder."
-        raise InputError(_one_line(sentence)) from error
     except OSError as error:
-        reason = error.strerror or str(error)
-        sentence = f"'{path}' cannot be read: {reason}; check its rights and its disk."
-        raise InputError(_one_line(sentence)) from error
+        problem = f"cannot be read: {error.strerror or error}; check its rights and its disk."
+        if isinstance(error, FileNotFoundError):
+            problem = "does not exist; check its spelling and folder."
+        raise InputError(_one_line(f"'{path}' {problem}")) from error
 
 
 #: What libraries raise over damaged files; of XML and of headers it is a SyntaxError.

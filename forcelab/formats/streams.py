@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.formats.alignment import TimedStream, align_streams
-from forcelab.formats.fields import Field, values_within, with_sensors
+from forcelab.formats.fields import Field, unknown_name, values_within, with_sensors
 from forcelab.formats.label_tables import own_or_beside_tracks
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording, Use
 from forcelab.formats.table_columns import MOST_LABELS, is_unlabelled, missing_remark
@@ -136,10 +136,10 @@ def preview_streams(
             use: Use = "signal" if address in read else "left out"
             cells = tuple(f"{value:.6g}" for value in column.tolist())
             rows.append(ColumnUse(address, channel.unit, use, cells, choices=_USES))
-    labels = {found.name for found in _chosen_events(events, options)}
-    for found in events:
-        use = "labels" if found.name in labels else "left out"
-        rows.append(ColumnUse(found.name, "", use, tuple(found.words[:3]), choices=_EVENT_USES))
+    labels = {kind.name for kind in _chosen_events(events, options)}
+    for kind in events:
+        use = "labels" if kind.name in labels else "left out"
+        rows.append(ColumnUse(kind.name, "", use, tuple(kind.words[:3]), choices=_EVENT_USES))
     return tuple(rows)
 
 
@@ -148,7 +148,7 @@ def _choose(
 ) -> list[tuple[Stream, Field]]:
     """The streams to read, each with its channels to read, whose names tell them apart."""
     addresses = [address for stream in streams for address in stream.addresses]
-    names = [found.name for found in events]
+    names = [kind.name for kind in events]
     for name in (*options.signals, *options.leave_out):
         if not any(values_within(address, name) for address in (*addresses, *names)):
             known = [*dict.fromkeys(stream.name for stream in streams), *names]
@@ -182,7 +182,7 @@ def _field(stream: Stream) -> Field:
 
 
 def _timed(stream: Stream, field: Field, zero: float) -> TimedStream:
-    """The chosen channels of a stream, in nanoseconds as others that it is aligned with."""
+    """The chosen channels of a stream, as what comes onto one clock with others."""
     places = {address: i for i, address in enumerate(stream.addresses)}
     chosen = [places[address] for address in field.addresses]
     known = np.abs(stream.times - zero) < _ABSURD  # nor is NaN
@@ -195,13 +195,11 @@ def _timed(stream: Stream, field: Field, zero: float) -> TimedStream:
 def _chosen_events(events: Sequence[Events], options: ReadOptions) -> list[Events]:
     """The events that are labels: those asked for, else all that are not left out."""
     if options.label is not None:
-        chosen = [found for found in events if values_within(found.name, options.label)]
+        chosen = [kind for kind in events if values_within(kind.name, options.label)]
         if not chosen:
-            names = [found.name for found in events]
-            cure = f"name one of {listed(names)}" if names else "there are none"
-            raise InputError(f"it has no events called '{options.label}'; {cure}.")
+            raise unknown_name(options.label, "events", [kind.name for kind in events])
         return chosen
-    return [found for found in events if not values_within(found.name, *options.leave_out)]
+    return [kind for kind in events if not values_within(kind.name, *options.leave_out)]
 
 
 _EDGE = re.compile(r"(.*?)[\W_]*(?:(start|begin|onset|on)|(end|stop|offset|off))", re.IGNORECASE)
@@ -217,21 +215,21 @@ def event_tracks(
     tracks: list[Track] = []
     remarks: list[str] = []
     chosen = _chosen_events(events, options)
-    for found in chosen:
-        number = len({word for word in found.words if not is_unlabelled(word)})
+    for kind in chosen:
+        number = len({word for word in kind.words if not is_unlabelled(word)})
         if number > MOST_LABELS:
-            text = f"{found.name} holds {number:,} different events, too many to be actions"
+            text = f"{kind.name} holds {number:,} different events, too many to be actions"
             if options.label is not None:
                 raise InputError(f"{text}; name other ones for the labels.")
             remarks.append(f"{text}; no labels were read.")
             continue
-        segments = _segments(found, start, demonstration.duration)
-        author = options.author if len(chosen) == 1 else f"{options.author} ({found.name})"
+        segments = _segments(kind, start, demonstration.duration)
+        author = options.author if len(chosen) == 1 else f"{options.author} ({kind.name})"
         if segments:
             tracks.append(Track(author, segments))
             remarks.append(
-                f"Labels were read from {found.name}: each lasts until the next one"
-                f"{', and from NAME start to NAME end' if _paired(found.words) else ''}."
+                f"Labels were read from {kind.name}: each lasts until the next one"
+                f"{', and from NAME start to NAME end' if _paired(kind.words) else ''}."
             )
     return on_samples(tracks, demonstration.times), remarks
 

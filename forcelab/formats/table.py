@@ -12,6 +12,7 @@ from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError, UnclearRateError
+from forcelab.formats import boris
 from forcelab.formats.label_tables import is_label_table, own_or_beside_tracks
 from forcelab.formats.recording import (
     ColumnUse,
@@ -51,7 +53,6 @@ from forcelab.formats.table_sniff import (
     NotANumberError,
     cell_type,
     column_kinds,
-    continues_name,
     find_layout,
     head_lines,
     is_comment,
@@ -74,7 +75,7 @@ from forcelab.formats.timestamps import (
 from forcelab.formats.track_text import plain_text
 from forcelab.jobs import Progress
 from forcelab.labels import UNLABELLED, Track, from_codes
-from forcelab.text import counted, listed, were
+from forcelab.text import counted, listed, unique_names, were
 
 #: Suffixes of files that are tables, whatever they hold.
 _SUFFIXES = frozenset([".csv", ".tsv"])
@@ -85,7 +86,7 @@ _TABLE_SHARE = 0.5
 
 def sniff(path: Path, head: bytes) -> bool:
     """Whether a file is a text table: rows of numbers, or a text called ``.csv`` or ``.tsv``."""
-    if not is_text(head):
+    if not is_text(head) or boris.sniff_labels(path, head):
         return False
     if path.suffix.lower() in _SUFFIXES:
         return True
@@ -122,7 +123,80 @@ def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Rec
     remarks = []
     if layout.sections and any(lines(path, layout.encoding, int(table.lines[-1]))):
         remarks.append("More tables follow in the file; only the first one was read.")
-    return [make_recording(path.stem, table, options, remarks)]
+    return make_recordings(path.stem, table, options, remarks)
+
+
+def make_recordings(
+    name: str, table: Table, options: ReadOptions, more_remarks: Sequence[str] = ()
+) -> list[Recording]:
+    """The demonstrations in a table: one, or one for each value of columns that tell them apart.
+
+    They do where times begin again whenever they change, and only there.
+    """
+    starts, columns = _restarts(table)
+    if not columns:
+        return [make_recording(name, table, options, more_remarks)]
+    titles = listed([f"'{table.layout.columns[index].name}'" for index in columns])
+    remark = f"Times begin again with {titles}, so that the file holds {len(starts)} recordings."
+    parts = [slice(start, end) for start, end in pairwise([*starts, len(table.ragged)])]
+    names = unique_names([f"{name} {_values(table, columns, part.start)}" for part in parts])
+    return [
+        make_recording(
+            own, _part(table, part, columns), options, [*more_remarks, remark], beside=False
+        )
+        for own, part in zip(names, parts, strict=True)
+    ]
+
+
+#: So many recordings may be in one table.
+_MOST_PARTS = 10_000
+
+
+def _restarts(table: Table) -> tuple[list[int], list[int]]:
+    """The rows at which a table's recordings begin, and the columns that tell these apart."""
+    roles, starts = table.roles, [0]
+    stamps = table.times.values if table.times is not None else np.empty(0)
+    for row in (np.flatnonzero(np.diff(stamps) < 0) + 1)[:_MOST_PARTS].tolist():
+        # Not where times only jitter.
+        if stamps[row - 1] - stamps[row] > 0.5 * (stamps[row - 1] - stamps[starts[-1]]):
+            starts.append(row)
+    several = min(np.diff([*starts, stamps.size]), default=0) > 1  # samples in each of them
+    if len(starts) == 1 or not several:
+        return [0], []
+    taken = {roles.label, *roles.authors, roles.counter, roles.nanoseconds}
+    columns = {index: text.codes for index, text in table.words.items()} | table.values
+    telling, changes = [], np.empty(0, np.intp)
+    for index in sorted(columns.keys() - taken):
+        own = np.flatnonzero(columns[index][1:] != columns[index][:-1]) + 1
+        if 0 < own.size < len(starts) and np.isin(own, starts).all():
+            telling.append(index)
+            changes = np.union1d(changes, own)
+    return (starts, telling) if changes.size == len(starts) - 1 else ([0], [])
+
+
+def _values(table: Table, columns: Sequence[int], row: int) -> str:
+    """What tells a recording from the others in its table, such as ``Ann trial 2``."""
+    return " ".join(
+        text.words[text.codes[row]]
+        if (text := table.words.get(index))
+        else f"{table.layout.columns[index].name} {table.values[index][row]:g}"
+        for index in columns
+    )
+
+
+def _part(table: Table, rows: slice, columns: Sequence[int]) -> Table:
+    """One of the recordings in a table, without the columns that tell which one it is."""
+    assert table.times is not None
+    return replace(
+        table,
+        roles=replace(table.roles, left_out=table.roles.left_out.union(columns)),
+        numbers=table.numbers[rows],
+        words={index: text.part(rows) for index, text in table.words.items()},
+        lines=np.array(table.lines)[rows],
+        ragged=table.ragged[rows],
+        times=replace(table.times, values=table.times.values[rows]),
+        telling=frozenset(columns),
+    )
 
 
 def make_recording(
@@ -179,20 +253,6 @@ def make_recording(
     return Recording(demonstration, tracks, tuple(remarks))
 
 
-#: More rows with another number of cells than this share (and than one) are no slip of a logger.
-_RAGGED_SHARE = 0.05
-#: Rows read before that share is looked at.
-_RAGGED_ROWS = 1000
-
-
-#: Cells of a column, or an array of the numbers, dates or times of the day that it holds.
-TypedColumn: TypeAlias = Sequence[str] | NDArray[Any]
-
-
-#: Why a column is left out that counts although its name does not say so.
-_GUESSED_NOTE = "its steps count samples; if it is a signal, import it as one (--signal)"
-
-
 @dataclass(frozen=True)
 class Table:
     """The n rows of a table, or the first ones, and what each of its columns is used for."""
@@ -208,6 +268,8 @@ class Table:
     lines: NDArray[np.int64] | range  #: 1-based line of each row
     ragged: NDArray[np.bool_]  #: rows with another number of cells: all their samples are missing
     times: RawTimestamps | None = None  #: of the column of times
+    #: Columns that tell it from others in its file, as a remark says; they are left out.
+    telling: frozenset[int] = frozenset()
 
     @cached_property
     def values(self) -> dict[int, NDArray[np.float64]]:
@@ -229,16 +291,15 @@ class Table:
         """The column whose counts stand in for times, where there are none."""
         if self.roles.time is not None:
             return None
-        return (
-            min(self.counters, default=None) if self.roles.counter is None else self.roles.counter
-        )
+        counters = self.counters  # which refuse what was named and does not count
+        return min(counters, default=None) if self.roles.counter is None else self.roles.counter
 
     def use(self, index: int) -> tuple[Use, str]:
         """What a column is used for, and why it becomes no channel; empty where that is plain."""
         column, roles, words = self.layout.columns[index], self.roles, self.words.get(index)
         use: Use = "left out"
         why = ""
-        if roles.time is not None and index in (roles.time, roles.nanoseconds):
+        if index in (roles.time, roles.nanoseconds):
             use = "times"
         elif index == self.label or index in roles.authors:
             use = "labels"
@@ -247,7 +308,7 @@ class Table:
         elif words is not None and words.empty and not column.named:
             pass  # what a separator at the end of each row makes
         elif index in roles.left_out:
-            why = "as chosen"
+            why = "" if index in self.telling else "as chosen"
         elif index in roles.other_times or index in roles.probabilities:
             why = (
                 "it has times, too" if index in roles.other_times else "a prediction's probability"
@@ -255,14 +316,12 @@ class Table:
         elif index in self.counters:
             use = "counter"
             if index != roles.counter and not (column.named and is_counter_name(column.name)):
-                why = _GUESSED_NOTE
+                why = "its steps count samples; if it is a signal, import it as one (--signal)"
             elif index != self.counter:  # of which a remark says that it places the rows
                 why = "it counts the samples"
         elif words is not None:
             why = "empty" if words.empty else "words, not numbers"
-        elif is_index(column, self.layout.cells(index)) and continues_name(
-            self.values[index], column
-        ):
+        elif is_index(column, self.layout.cells(index), self.values[index]):
             why = "it only counts the rows"
         else:
             use = "signal"
@@ -283,6 +342,10 @@ class Table:
         if strict:
             raise InputError(f"{self.layout.path}, {line}: {text}; mend it or let it be repaired.")
         return (f"{text}.",)
+
+
+#: Cells of a column, or an array of the numbers, dates or times of the day that it holds.
+TypedColumn: TypeAlias = Sequence[str] | NDArray[Any]
 
 
 def typed_layout(
@@ -312,7 +375,12 @@ def _as_cells(column: TypedColumn) -> Sequence[str]:
     return ["" if text == "nan" else text.removesuffix(".0") for text in map(str, column.tolist())]
 
 
-class BodyReader:
+#: More rows with another number of cells than this share (and than one) are no slip of a logger;
+#: looked at once so many rows have been read.
+_RAGGED_SHARE, _RAGGED_ROWS = 0.05, 1000
+
+
+class TableReader:
     """Reads the columns of a table block by block.
 
     Errors name the line of the first cell that is not what its column holds.
@@ -351,8 +419,7 @@ class BodyReader:
         first = not self._lines
         self._lines.append(np.array(line_numbers, np.int64))
         self._ragged.append(np.zeros(len(line_numbers), np.bool_) if ragged is None else ragged)
-        total = sum(block.size for block in self._ragged)
-        if ragged is not None and ragged.any() and total >= _RAGGED_ROWS:
+        if ragged is not None and ragged.any() and sum(map(len, self._ragged)) >= _RAGGED_ROWS:
             self._refuse_ragged()
         for index, column in columns.items():
             if index in self._words:
@@ -430,7 +497,7 @@ def read_rows(
 
     `letters` is about how many they have, 0 where that is not known.
     """
-    dialect, reader, done = layout.dialect, BodyReader(layout, roles), 0
+    dialect, reader, done = layout.dialect, TableReader(layout, roles), 0
     rest = [i for i in range(len(layout.columns)) if i not in reader.plain]
     for line_numbers, rows in row_blocks:
         if done:
@@ -462,7 +529,7 @@ def _sample_table(layout: Layout, roles: ColumnRoles) -> Table:
     for index in roles.numeric:
         pairs = [(cell, cell_type(cell, layout.dialect.decimal)) for cell in columns[index]]
         columns[index] = [cell if kind is CellType.NUMBER else "" for cell, kind in pairs]
-    reader = BodyReader(layout, replace(roles, time=None))
+    reader = TableReader(layout, replace(roles, time=None))
     reader.read(range(1, len(layout.sample) + 1), columns)
     return replace(reader.finish(), roles=roles)
 
@@ -481,14 +548,9 @@ def _parse_block(
         return None
     if any('"' in row for row in rows):
         return None
+    used = columns if others else None
     try:
-        table = np.loadtxt(
-            rows,
-            delimiter=mark,
-            comments=None,
-            ndmin=2,
-            usecols=columns if others else None,
-        )
+        table = np.loadtxt(rows, delimiter=mark, comments=None, ndmin=2, usecols=used)
     except ValueError:
         return None
     if table.shape != (len(rows), len(columns)):
@@ -728,15 +790,27 @@ def preview_layout(
     layout: Layout, options: ReadOptions, roles: ColumnRoles | None = None
 ) -> tuple[ColumnUse, ...]:
     """What the columns of a table would be read as, from its first rows."""
-    table = _sample_table(layout, roles or choose_roles(layout, options))
+    roles = roles or choose_roles(layout, options)
+    table = _sample_table(layout, roles)
+    uses = [table.use(index)[0] for index in range(len(layout.columns))]
+    empty = [
+        index
+        for index, column in enumerate(layout.columns)
+        if layout.kinds[index] is CellType.MISSING
+        and (column.named and not column.unit)
+        and index not in roles.left_out | roles.signals
+    ]
+    if "labels" not in uses and len(empty) == 1:
+        # Words that come later will be labels, as most recordings begin without one.
+        uses[empty[0]] = "labels"
     return tuple(
         ColumnUse(
             column.name,
             column.unit,
-            table.use(index)[0],
+            use,
             tuple(cell.strip() for cell in layout.cells(index)[:3]),
         )
-        for index, column in enumerate(layout.columns)
+        for index, (column, use) in enumerate(zip(layout.columns, uses, strict=True))
     )
 
 

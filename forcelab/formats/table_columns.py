@@ -65,6 +65,12 @@ class TextColumn:
         self._blocks.clear()
         self.words = [word.strip() for word in self._index]
 
+    def part(self, rows: slice) -> TextColumn:
+        """Some rows of the column, once it is closed."""
+        result = TextColumn()
+        result.codes, result.words = self.codes[rows], self.words
+        return result
+
     @property
     def empty(self) -> bool:
         """Whether every cell is empty or a word for a missing sample."""
@@ -127,13 +133,15 @@ def counter_ticks(values: NDArray[np.float64], named: bool) -> NDArray[np.float6
         turns = falls & _is_near_end(counts[:-1], turn)
         restarts = falls & ~turns
         steps = np.where(turns, steps + turn, steps)
+        if restarts.all():
+            return None
     different, numbers_of = np.unique(steps[~restarts], return_counts=True)
     usual = float(different[numbers_of.argmax()])
     steps = np.where(restarts, usual, steps)
-    if not named and (steps <= 0).any():
-        return None  # what stands still now and then is moved by something else
+    # What stands still now and then is moved by something else.
+    stands = not named and (steps <= 0).any()
     fewest = (_ALIKE_NAMED if named else _ALIKE) * steps.size
-    if usual <= 0 or numbers_of.max() < fewest or (steps % usual != 0).any():
+    if stands or usual <= 0 or numbers_of.max() < fewest or (steps % usual != 0).any():
         return None
     ticks = np.full(values.size, np.nan)
     ticks[present] = np.concatenate([[0.0], np.cumsum(steps / usual)])
@@ -274,7 +282,7 @@ def choose_roles(layout: Layout, options: ReadOptions) -> ColumnRoles:
     nanoseconds = None if time is None else pairs.get(time)
     for index in signals & (left_out | {time, label, counter}):
         raise error(index, "is asked for as a signal and as something else; choose one of the two.")
-    if time is not None and time == label:
+    if time is not None and (time == label or time in authors):
         raise error(time, "cannot hold both times and labels; name another one for either.")
     kinds, used = enumerate(layout.kinds), {time, label, *authors}
     times = (*named, *pairs.values())

@@ -36,11 +36,12 @@ _COMMA_NUMBER = re.compile(r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eE][+-]?\d+)?", re.AS
 
 #: ISO 8601 date and time, also as rosbag_to_csv writes it (2024/05/31/12:00:00), one with its day
 #: first and points (31.05.2024 12:00:00), or a time of the day alone, in 24 hours or with AM or PM,
-#: before which some write a narrow blank. Of the named groups the date's are either all of one of
-#: the two or none.
+#: before which some write a narrow blank, or one that has passed, as pandas writes it (0 days
+#: 00:00:01.5). Of the named groups the date's are either all of one of the two or none.
 STAMP = re.compile(
     r"(?:(?P<year>\d{4})[-/](?P<month>\d\d?)[-/](?P<day>\d\d?)(?:[T/]|\s+)"
-    r"|(?P<first_day>\d\d?)\.(?P<then_month>\d\d?)\.(?P<last_year>\d{4}),?\s+)?"
+    r"|(?P<first_day>\d\d?)\.(?P<then_month>\d\d?)\.(?P<last_year>\d{4}),?\s+"
+    r"|(?P<days>\d+) days? )?"
     r"(?P<hour>\d\d?):(?P<minute>\d\d)(?::(?P<second>\d\d)(?:[.,](?P<fraction>\d+))?)?"
     r"(?:[\s\u00a0\u202f]*(?P<half>[AP])\.?M\.?)?\s*(?P<zone>Z|UTC|[+-]\d\d(?::?\d\d)?)?",
     re.ASCII | re.IGNORECASE,
@@ -164,14 +165,11 @@ def is_unit(text: str) -> bool:
 def _name_and_unit(cell: str) -> tuple[str, str]:
     """Split ``Fx [N]``, ``time (ms)``, ``t/s`` into a name and a unit."""
     cell = cell.strip()
-    bracketed = _BRACKETS.fullmatch(cell)
-    if bracketed:
-        unit = next(group for group in bracketed.groups()[1:] if group is not None).strip()
-        if bracketed[1] and is_unit(unit):
-            return bracketed[1], unit
-    slashed = _SLASH.fullmatch(cell)
-    if slashed and is_unit(slashed[2]):
-        return slashed[1], slashed[2]
+    for match in (_BRACKETS.fullmatch(cell), _SLASH.fullmatch(cell)):
+        name, *units = match.groups("") if match else ("", "")
+        unit = "".join(units).strip()  # which stands in brackets of one kind
+        if name and is_unit(unit):
+            return name, unit
     return cell, ""
 
 
@@ -194,10 +192,8 @@ def name_columns(
         for number, (new, (name, _)) in enumerate(zip(names, split, strict=True), start=1)
         if name and new != name
     ]
-    remarks = []
-    if renamed:
-        remarks.append(f"Columns that repeat a name were renamed: {listed(renamed)}.")
-    return columns, tuple(remarks)
+    remark = f"Columns that repeat a name were renamed: {listed(renamed)}."
+    return columns, (remark,) if renamed else ()
 
 
 def spaced(name: str) -> str:
@@ -215,9 +211,8 @@ def is_time_name(name: str) -> bool:
     words = _words(name)
     if len(words) > 1 and (words[-1] in SECONDS_IN or words[-1].isdecimal()):
         words.pop()
-    if len(words) == 1:
-        named = words[0] in SECONDS_IN and words[0] not in _NO_NAMES
-        return named or _TIME_WORD.fullmatch(words[0]) is not None
+    if len(words) == 1 and words[0] in SECONDS_IN.keys() - _NO_NAMES:
+        return True
     return bool(
         words
         and _TIME_WORD.fullmatch(words[-1])
@@ -244,24 +239,23 @@ def is_label_name(name: str) -> int:
     return _LABEL_WORDS.index(words[-1]) + 1 if words[-1] in _LABEL_WORDS else 0
 
 
-def is_index(column: Column, cells: Sequence[str]) -> bool:
-    """Whether a column only counts its rows: nameless or called so, and whole numbers in step."""
+def is_index(
+    column: Column, cells: Sequence[str], values: NDArray[np.float64] | None = None
+) -> bool:
+    """Whether a column only counts its rows: nameless or called so, and whole numbers in step.
+
+    `cells` are its first ones; all its `values` must go on so. In one that is called so rows may
+    have been taken out since; without a name, what does not go on by one measures something.
+    """
     named = column.named and not _INDEX_WORDS.intersection(_words(column.name))
     if named or len(cells) < 3:
         return False
     if not all(cell_type(cell) is CellType.NUMBER and cell.strip().isdigit() for cell in cells):
         return False
     counts = [int(cell) for cell in cells]
-    return counts == list(range(counts[0], counts[0] + len(counts)))
-
-
-def continues_name(values: NDArray[np.float64], column: Column) -> bool:
-    """Whether a column that starts as :func:`is_index` tells counts its rows to the end.
-
-    In one that is called so rows may have been taken out since; without a name, what does not go
-    on by one measures something.
-    """
-    steps = np.diff(values[~np.isnan(values)])
+    if counts != list(range(counts[0], counts[0] + len(counts))):
+        return False
+    steps = np.diff([] if values is None else values[~np.isnan(values)])
     return bool((steps > 0).all() if column.named else (steps == 1).all())
 
 
@@ -573,19 +567,21 @@ def find_layout(
     before it is the header if it is as wide and holds words there; so is a comment directly before
     it (``# time fx fy``). A line of units may stand between. All before is preamble.
     """
-    rows = _first_section(rows)
+    rows, rate = _vicon_table(rows)
+    sections = rate is not None
     plain = [row for row in rows if not is_comment(row[1])]
-    # The numbers in headers of LabVIEW and Vicon tell nothing of the rows below.
-    names = [
+    # The numbers and quotes in headers of LabVIEW and Vicon tell nothing of the rows below.
+    below = [
         k + text.startswith(_LABVIEW_END)
         for k, (_, text) in enumerate(plain)
-        if text.startswith(_LABVIEW_END) or (k < 10 and _VICON.match(text))
+        if text.startswith(_LABVIEW_END) or _VICON.match(text)
     ]
-    plain = plain[names[-1] if names else 0 :]
-    dialect = detect([text for _, text in plain], separators)
+    plain = plain[below[-1] if below else 0 :]
+    texts = [text for _, text in plain]
+    dialect = detect(texts, separators)
     if dialect is None:
         return None
-    table = dialect.split([text for _, text in plain])
+    table = dialect.split(texts)
     complete = [row for row in table if len(row) == dialect.width]
     kinds = column_kinds(complete[len(complete) // 2 :], dialect)
     fits = [_is_data(row, kinds, dialect) for row in table]
@@ -595,9 +591,8 @@ def find_layout(
     sample = tuple(tuple(row) for row, fit in zip(table, fits, strict=True) if fit)
     kinds = column_kinds([row for row in table[first:] if len(row) == dialect.width], dialect)
     above = [line for line in rows if line[0] < plain[first][0] and line[1].strip()]
-    labview = bool(above) and above[0][1].startswith(_LABVIEW)
-    if labview:
-        header, units, used = _labview_header(above, dialect)
+    if above and above[0][1].startswith(_LABVIEW):
+        header, units, used, rate = _labview_header(above, dialect)
     elif _VICON.match(plain[0][1]) and first == 2 and len(table[0]) == len(table[1]) == len(kinds):
         header, units, used = table[0], table[1], 2  # some channels are called by a number
     else:
@@ -609,55 +604,45 @@ def find_layout(
     if skipped:
         were = "line before the table was" if len(skipped) == 1 else "lines before the table were"
         remarks = (f"{len(skipped)} {were} skipped.", *remarks)
-    vicon = _vicon_rate(above, header)
-    rate = _labview_rate(above) if labview else vicon
     skip = plain[first][0] - 1
-    return Layout(dialect, columns, kinds, skip, sample, remarks, rate, vicon is not None)
+    return Layout(dialect, columns, kinds, skip, sample, remarks, rate, sections)
 
 
-def _first_section(rows: Sequence[Line]) -> Sequence[Line]:
-    """The lines without further tables, where they are those of a Vicon export."""
-    names = (k for k, (_, text) in enumerate(rows[:10]) if _VICON.match(text))
-    first = next(names, None)
+def _vicon_table(rows: Sequence[Line]) -> tuple[Sequence[Line], float | None]:
+    """Of a Vicon export the lines of its first table, and its samples a second.
+
+    They are the number nearest above its names: before it there may be one of events, with the
+    frames a second of the cameras.
+    """
+    first = next((k for k, (_, text) in enumerate(rows) if _VICON.match(text)), None)
     if first is None:
-        return rows
-    return rows[: _first_blank([text for _, text in rows], first)]
+        return rows, None
+    texts = [text for _, text in rows]
+    rates = (_positive(text.strip(" ,;\t")) for text in reversed(texts[:first]))
+    rate = next(filter(None, rates), None)
+    return rows[: _first_blank(texts, first)], rate
 
 
-def _vicon_rate(above: Sequence[Line], header: Sequence[str]) -> float | None:
-    """The samples a second in a Vicon export, whose second line they are; else None."""
-    if not {"frame", "sub frame"} <= {name.strip().lower() for name in header} or len(above) < 2:
-        return None
-    return _positive(above[1][1].strip(" ,;\t"))
-
-
-def _labview_header(above: Sequence[Line], dialect: Dialect) -> tuple[list[str], list[str], int]:
+def _labview_header(
+    above: Sequence[Line], dialect: Dialect
+) -> tuple[list[str], list[str], int, float | None]:
     """As :func:`_header`, of a LabVIEW measurement: behind the headers' last end.
 
-    The comments at the end of its rows have a name, but most rows have none.
+    Also its samples a second, for one that holds no times. The comments at the end of its rows have
+    a name, but most rows have none.
     """
+    rows = [text.split(dialect.separator) for _, text in above]
+    settings = {row[0]: row for row in rows if len(row) > 1}
+    step = _positive(settings.get("Delta_X", ["", ""])[1].replace(",", "."))
+    rate = 1 / step if step else None
     last = max((i for i, line in enumerate(above) if line[1].startswith(_LABVIEW_END)), default=-1)
-    if not 0 <= last < len(above) - 1:
-        return [], [], 0
-    names = dialect.split([above[last + 1][1]])[0]
+    names = rows[last + 1] if 0 <= last < len(above) - 1 else []
     if len(names) < dialect.width:
-        return [], [], 0
-    rows = dialect.split([text for _, text in above])
-    units = next((row for row in rows if row[:1] == ["Y_Unit_Label"]), [])
-    units = [*units, *[""] * dialect.width][: dialect.width]
+        return [], [], 0, rate
+    units = [*settings.get("Y_Unit_Label", []), *[""] * dialect.width][: dialect.width]
     names = ["time" if name.strip() == "X_Value" else name for name in names[: dialect.width]]
     units = ["s" if name == "time" else unit for name, unit in zip(names, units, strict=True)]
-    return names, units, len(above) - last - 1
-
-
-def _labview_rate(above: Sequence[Line]) -> float | None:
-    """The samples a second of a LabVIEW measurement, for one that holds no times."""
-    for _, text in above:
-        words = text.split()
-        if len(words) > 1 and words[0] == "Delta_X":
-            step = _positive(words[1].replace(",", "."))
-            return 1 / step if step else None
-    return None
+    return names, units, len(above) - last - 1, rate
 
 
 def _positive(text: str) -> float | None:
@@ -701,11 +686,35 @@ def _header(
         last -= 1
     if last < 0 or not split[last]:
         return [], [], 0
-    words = [cell.strip() for cell in split[last]]
-    units = [word.strip("[](){}").strip() for word in words]
-    if last > 0 and split[last - 1] and all(not unit or is_unit(unit) for unit in units):
-        return split[last - 1], words, len(above) - last + 1
-    return split[last], [], len(above) - last
+    names, units, first = [cell.strip() for cell in split[last]], list[str](), last
+    if last > 0 and (higher := split[last - 1]):
+        if all(not (unit := name.strip("[](){} ")) or is_unit(unit) for name in names):
+            names, units, first = higher, names, last - 1
+        elif 2 * names.count("") >= len(names) and not any(
+            not name and not high.strip() for name, high in zip(names, higher, strict=True)
+        ):
+            # As pandas writes columns of several levels, the index has its name on a line below.
+            names = [name or high for name, high in zip(names, higher, strict=True)]
+            first = last - 1
+    if first > 0 and (grouped := _grouped_names(names, split[first - 1])):
+        names, first = grouped, first - 1
+    return names, units, len(above) - first
+
+
+def _grouped_names(names: Sequence[str], groups: Sequence[str]) -> list[str]:
+    """Names of which some repeat, those behind their group's; none where that does not mend it.
+
+    A group's name stands above each of its columns, or above the first one alone.
+    """
+    counts = Counter(name.strip() for name in names)
+    group, result = "", []
+    for name, cell in zip(names, groups, strict=False):
+        group = cell.strip() or group
+        result.append(f"{group} {name}".strip() if name and counts[name.strip()] > 1 else name)
+    named = [name for name in result if name]
+    # In a Vicon export these are long: what the device is called, and how it is connected.
+    vicon = {"frame", "sub frame"} <= {name.lower() for name in names}
+    return [] if result == list(names) or vicon or len(set(named)) < len(named) else result
 
 
 def _header_cells(

@@ -217,7 +217,8 @@ class TimestampReader:
             raise NotANumberError(index, cell)
         if half:
             hour = hour % 12 + (12 if half in "pP" else 0)
-        seconds = (day or 0) * _DAY - self._base + hour * 3600 + minute * 60 + second
+        days = int(match["days"] or day or 0)
+        seconds = days * _DAY - self._base + hour * 3600 + minute * 60 + second
         zone = match["zone"]
         if zone and zone[0] in "+-":
             minutes = int(zone[1:3]) * 60 + int(zone[3:].lstrip(":") or 0)

@@ -25,14 +25,10 @@ from forcelab.clock import farthest_drift
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
+from forcelab.formats.fields import numbered
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.signatures import naming_damage
-from forcelab.formats.streams import (
-    Events,
-    Stream,
-    make_recording,
-    preview_streams,
-)
+from forcelab.formats.streams import Events, Stream, make_recording, preview_streams
 from forcelab.text import listed, unique_names
 
 _MAGIC: Final = b"XDF:"
@@ -104,11 +100,14 @@ def _load(path: Path, options: ReadOptions) -> tuple[list[Stream], list[Events],
     return [stream for stream, _ in pairs], events, remarks
 
 
-def _text(info: Any, *path: str) -> str:
-    """A text in a header, as the library holds it: of each name a list; empty where it is not."""
-    for step in path:
-        info = info[step][0] if isinstance(info, dict) and info.get(step) else ""
-    return " ".join(info.split()) if isinstance(info, str) else ""
+def _first(info: Any, name: str) -> Any:
+    """The first of a name in a header, of which the library holds a list; empty where it is not."""
+    return info[name][0] if isinstance(info, dict) and info.get(name) else ""
+
+
+def _text(info: Any, name: str) -> str:
+    text = _first(info, name)
+    return " ".join(text.split()) if isinstance(text, str) else ""
 
 
 def _is_events(stream: Any) -> bool:
@@ -132,14 +131,15 @@ def _stream(name: str, stream: Any) -> tuple[Stream, str]:
     """A stream of numbers, and a remark on its stamps if there is one."""
     values = np.asarray(stream["time_series"], np.float64)
     times = np.asarray(stream["time_stamps"], np.float64)
-    info = stream["info"]
-    listing = _channel_headers(info)
-    several = values.shape[1] > 1
-    plain = [f"{name} {i + 1}" if several else name for i in range(values.shape[1])]
-    labels = [_text(channel, "label") for channel in listing] + [""] * len(plain)
-    units = [_text(channel, "unit") for channel in listing] + [""] * len(plain)
-    named = unique_names([label or default for label, default in zip(labels, plain, strict=False)])
-    channels = tuple(Channel(label, unit) for label, unit in zip(named, units, strict=False))
+    info, width = stream["info"], values.shape[1]
+    channels_info = _first(_first(info, "desc"), "channels")
+    listing = channels_info.get("channel", []) if isinstance(channels_info, dict) else []
+    headers = [*listing, *[{}] * width][:width]
+    labels = [_text(header, "label") for header in headers]
+    pairs = zip(labels, numbered(name, width), strict=True)
+    named = unique_names([label or default for label, default in pairs])
+    units = [_text(header, "unit") for header in headers]
+    channels = tuple(map(Channel, named, units))
     remark = ""
     rate = float(_text(info, "nominal_srate"))
     if rate > 0 and times.size > 2 and np.isfinite(times).all():
@@ -158,13 +158,6 @@ def _stream(name: str, stream: Any) -> tuple[Stream, str]:
             )
         times = times if even is None else even
     return Stream(name, times, values, channels), remark
-
-
-def _channel_headers(info: Any) -> list[Any]:
-    """What a header tells of each channel, if it does."""
-    for step in ("desc", "channels"):
-        info = info[step][0] if isinstance(info, dict) and info.get(step) else {}
-    return list(info.get("channel", ())) if isinstance(info, dict) else []
 
 
 def _even_times(times: NDArray[np.float64], rate: float) -> NDArray[np.float64] | None:
@@ -240,10 +233,8 @@ def _check_chunk(file: BinaryIO, length: int, streams: dict[int, int]) -> None:
             raise ValueError(f"a header of {size:,} bytes")
         header = fromstring(file.read(size).decode("utf-8", "replace"))
         if tag == _STREAM_HEADER:
-            channels, rate = (
-                int(_required_text(header, "channel_count")),
-                float(_required_text(header, "nominal_srate")),
-            )
+            channels = int(_required_text(header, "channel_count"))
+            rate = float(_required_text(header, "nominal_srate"))
             width = _SIZES[_required_text(header, "channel_format")]
             if not 1 <= channels <= _MOST_CHANNELS or not 0 <= rate < math.inf:
                 raise ValueError(f"a stream of {channels} channels at {rate} Hz")

@@ -15,7 +15,7 @@ from forcelab.gui.demonstration_model import DemonstrationRow, TaskGroup
 from forcelab.gui.document import Document
 from forcelab.gui.file_dialogs import ask_file
 from forcelab.gui.layout import dialog_buttons, label_of, page_layout, set_enabled_with_reason
-from forcelab.gui.text import ask, escape_ampersands, settle_name
+from forcelab.gui.text import confirm, escape_ampersands, settle_name
 from forcelab.gui.widgets import ENTER_KEYS
 from forcelab.project import DemonstrationInfo, Project
 
@@ -55,7 +55,7 @@ class DemonstrationMenu(QObject):
     def __init__(self, document: Document, parent: QWidget) -> None:
         super().__init__(parent)
         self._document, self._window = document, parent
-        self._left: dict[str, str] = {}  # by id, the task that a demonstration was taken from
+        self._previous_tasks: dict[str, str] = {}  # from which demonstrations were taken, by id
 
     def menu_for(
         self, item: DemonstrationRow | TaskGroup, several: Sequence[DemonstrationRow] = ()
@@ -106,7 +106,7 @@ class DemonstrationMenu(QObject):
 
         def carry_out(project: Project, id_: str) -> None:
             project.demonstrations.set_task(id_, task)
-            self._left[id_] = old.get(id_, "")
+            self._previous_tasks[id_] = old.get(id_, "")
 
         done = self._each(ids, carry_out)
         if done and self._document.id not in ids:
@@ -151,7 +151,10 @@ class DemonstrationMenu(QObject):
         done_ids = [row.info.id for row in rows if row.done]
         undone_ids = [row.info.id for row in rows if not row.done]
         if single:
-            self._add_open(menu, ids[0])
+            first = menu.addAction("Open", lambda: self._document.open_demonstration(ids[0]))
+            first.setData("open")
+            set_enabled_with_reason(first, "It is open." if ids[0] == self._document.id else "")
+            menu.addSeparator()
         if undone_ids:
             menu.addAction(f"Mark {count(undone_ids)}as done", lambda: self._ask_done(undone_ids))
         if done_ids:
@@ -163,27 +166,20 @@ class DemonstrationMenu(QObject):
             for assignment in row.assignments:
                 assigned.setdefault(assignment.author, []).append(row.info.id)
         for author, assigned_ids in assigned.items():
-            which = (
-                "the assignment" if len(assigned_ids) == 1 else f"{len(assigned_ids)} assignments"
-            )
+            several = len(assigned_ids) > 1
+            which = f"{len(assigned_ids)} assignments" if several else "the assignment"
             text = f"Withdraw {which} ({escape_ampersands(author)})"
-            menu.addAction(text, self._withdrawing(assigned_ids, author))
+            menu.addAction(text, partial(self._ask_withdraw, assigned_ids, author))
         menu.addSeparator()
         if single:
             self._add_changes(menu, rows[0])
         menu.addAction(f"Move {count(ids)}to another task…", lambda: self.ask_task(rows))
-        before = self._left.get(ids[0], rows[0].info.task)
+        before = self._previous_tasks.get(ids[0], rows[0].info.task)
         if single and before != rows[0].info.task:
             back = f"Back to task '{escape_ampersands(before) or 'No task'}'"
             menu.addAction(back, lambda: self.set_task(ids, before))
         menu.addSeparator()
         menu.addAction(f"Remove {count(ids)}from the project…", lambda: self._ask_remove(rows))
-
-    def _add_open(self, menu: QMenu, id_: str) -> None:
-        first = menu.addAction("Open", lambda: self._document.open_demonstration(id_))
-        first.setData("open")
-        set_enabled_with_reason(first, "It is open." if id_ == self._document.id else "")
-        menu.addSeparator()
 
     def _add_changes(self, menu: QMenu, row: DemonstrationRow) -> None:
         """Note, name and videos of one demonstration."""
@@ -204,16 +200,6 @@ class DemonstrationMenu(QObject):
     ) -> None:
         for name in info.videos:
             menu.addAction(escape_ampersands(name) + "…", partial(ask, info, name))
-
-    def _withdrawing(self, ids: list[str], author: str) -> Callable[[], object]:
-        """A call that withdraws these assignments, once the coder agrees to what that shows."""
-
-        def withdraw() -> None:
-            own = ids if author == self._document.author else ()
-            if confirm_reveal(self._document, own, self._window, withdrawing=True):
-                self.unassign(ids, author)
-
-        return withdraw
 
     def _each(self, ids: list[str], verb: Callable[[Project, str], object]) -> bool:
         """Change demonstrations one after the other."""
@@ -238,6 +224,12 @@ class DemonstrationMenu(QObject):
         """Mark as done, once the coder agrees to see what others labelled."""
         if confirm_reveal(self._document, ids, self._window):
             self.set_done(ids, True)
+
+    def _ask_withdraw(self, ids: list[str], author: str) -> None:
+        """Withdraw assignments, once the coder agrees to what that shows."""
+        own = ids if author == self._document.author else ()
+        if confirm_reveal(self._document, own, self._window, withdrawing=True):
+            self.unassign(ids, author)
 
     def _choose(self, title: str, text: str, names: Iterable[str]) -> str | None:
         """Ask for one of these names, or another one; None if cancelled."""
@@ -326,17 +318,9 @@ class DemonstrationMenu(QObject):
             self._document.show_message(message)
 
     def _ask_remove_video(self, info: DemonstrationInfo, name: str) -> None:
-        answers = "Remove", "Cancel"
-        answer = ask(
-            self._window,
-            "Remove video",
-            f"Remove the video '{name}' of '{info.name}' for good?",
-            "The file that it was attached from stays, and so do all labels.",
-            answers,
-            default=1,
-            escape=1,
-        )
-        if answer == answers[0]:
+        question = f"Remove the video '{name}' of '{info.name}' for good?"
+        detail = "The file that it was attached from stays, and so do all labels."
+        if confirm(self._window, "Remove video", question, detail, "Remove"):
             self._each([info.id], lambda project, id_: project.media.remove_video(id_, name))
 
     def ask_video(self, info: DemonstrationInfo, name: str | None = None) -> None:
@@ -379,6 +363,5 @@ def confirm_reveal(
         "You will see the labels and notes of others and the predictions. What has been seen "
         "cannot be hidden again."
     )
-    answers = "Withdraw" if withdrawing else "Mark as done", "Cancel"
-    answer = ask(window, "End blind coding", text, detail, answers, default=1, escape=1)
-    return answer == answers[0]
+    verb = "Withdraw" if withdrawing else "Mark as done"
+    return confirm(window, "End blind coding", text, detail, verb)

@@ -129,8 +129,13 @@ def ask_picture(parent: QWidget, title: str, name: str) -> Path | None:
     return path if path.suffix else path.with_suffix(".svg")
 
 
-def save_picture(figure: Figure, path: Path, document: Document, jobs: Jobs) -> None:
-    """Save a figure in the background in the format of its suffix, and report the result."""
+def export_picture(
+    figure: Figure, parent: QWidget, title: str, name: str, document: Document, jobs: Jobs
+) -> None:
+    """Save a figure as :func:`ask_picture` says, in the background, and report the result."""
+    path = ask_picture(parent, title, name)
+    if path is None:
+        return
     saved = f"Saved '{path.name}'."
     jobs.run(
         _saving(figure, path),

@@ -65,6 +65,7 @@ from forcelab.gui.layout import (
     fill_layout,
     push_button,
     resize_on_screen,
+    sentence_label,
     set_enabled_with_reason,
     toned_label,
 )
@@ -85,6 +86,8 @@ _FIELDS: Final = {
     "--jitter": "Timestamps may jitter by",
     "--episodes": "Episodes of a dataset",
 }
+#: What is in the columns of the dialog's table.
+_NAME, _SIZE, _CELLS, _USE, _UNIT = range(5)
 #: Free room above and below a choice, in pixels.
 CELL_PADDING = 3
 #: Columns that are shown at most: each has a list to choose from, which takes its time.
@@ -142,12 +145,11 @@ class ImportColumns(QWidget):
     """What each column of a table, or array in a file, is read as; shown for one file.
 
     That is the first file at first. `table` has a row for each column: its name, its first cells,
-    the choice, and the size of an array; arrays stand below the group that they are in. What was
-    chosen for a file is proposed for the next one that has the same columns.
+    the choice, and the size of an array; arrays stand below the group that they are in. `rate` is
+    that of files without times. What was chosen for a file is proposed for the next one that has
+    the same columns.
     """
 
-    #: The samples a second that were given for a file of the same build.
-    rate_proposed = Signal(float)
     #: The columns are shown as they are read now.
     previewed = Signal()
 
@@ -158,20 +160,22 @@ class ImportColumns(QWidget):
         self._chosen: dict[str, Use] = {}
         self._units: dict[str, str] = {}
         self._preview = _ColumnPreview()
-        self._rate = 0.0
         self._first = self._proposed = False
         self._waiting = QTimer(self, singleShot=True, interval=_PREVIEW_MS)
         self._waiting.timeout.connect(self._announce_preview)
-        self.heading = QLabel(wordWrap=True)
+        self.rate = QDoubleSpinBox(maximum=1e6, suffix=" Hz")
+        self.rate.setSpecialValueText("from the time column")
+        self.rate.setAccessibleName("Sample rate of files without times")
+        self.rate.valueChanged.connect(self._show_status)
+        self.heading = sentence_label()
         self.others = toned_label("warning")
         self.others.hide()
         self.table = QTableWidget(0, 5)
         self.table.setAccessibleName("Columns of the table")
-        self.table.setHorizontalHeaderLabels(["Column", "First cells", "Read as", "Size", "Unit"])
+        self.table.setHorizontalHeaderLabels(["Column", "Size", "First cells", "Read as", "Unit"])
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
-        header.moveSection(3, 1)
+        header.setSectionResizeMode(_CELLS, QHeaderView.ResizeMode.Stretch)
         header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         header.setHighlightSections(False)
         self.table.verticalHeader().hide()
@@ -200,11 +204,10 @@ class ImportColumns(QWidget):
             self._path = path
             self._fill()
 
-    def options(self, options: ReadOptions) -> ReadOptions:
-        """Add the choices; what was not chosen is found in each file."""
+    def options(self) -> ReadOptions:
+        """The choices; what was not chosen is found in each file."""
         names = {use: name for name, use in self._chosen.items()}
-        return replace(
-            options,
+        return ReadOptions(
             time=names.get("times"),
             counter=names.get("counter"),
             label=names.get("labels"),
@@ -234,12 +237,6 @@ class ImportColumns(QWidget):
         if unit.strip():
             self._units[name] = tidy_name(unit)
 
-    def set_rate(self, rate: float) -> None:
-        """Set the samples a second of files without times; 0 for none."""
-        if rate != self._rate:
-            self._rate = rate
-            self._show_status()
-
     @property
     def uses(self) -> tuple[ColumnUse, ...]:
         """What each column is read as; while the file cannot be read so, what was chosen."""
@@ -264,7 +261,7 @@ class ImportColumns(QWidget):
             self._jobs.cancel(PREVIEW_JOB)
             self._show(_ColumnPreview())
             return
-        chosen = self.options(ReadOptions()) if self._chosen else None
+        chosen = self.options() if self._chosen else None
         same = self._preview.path == self._path and self._preview.found
         known = self._preview if same else None
         self._waiting.start()
@@ -285,7 +282,7 @@ class ImportColumns(QWidget):
             if choice.schema == self._schema:
                 self._proposed, self._chosen, self._units = True, choice.uses, choice.units
                 self._fill()
-                self.rate_proposed.emit(choice.rate)
+                self.rate.setValue(choice.rate)
                 return
         self.setVisible(bool(shown.uses))
         self._fill_table()
@@ -295,11 +292,11 @@ class ImportColumns(QWidget):
     def _fill_table(self) -> None:
         """Make a row for each column, and one above those of a group of arrays."""
         arrays = any(column.size for column in self.uses)
-        self.table.setColumnHidden(3, not arrays)
+        self.table.setColumnHidden(_SIZE, not arrays)
         signals = (column for column in self.uses if column.use == "signal")
         unit_missing = [c.name for c in signals if self._preview.table and not c.unit]
-        self.table.setColumnHidden(4, not unit_missing)
-        self.table.setHorizontalHeaderItem(0, QTableWidgetItem("Array" if arrays else "Column"))
+        self.table.setColumnHidden(_UNIT, not unit_missing)
+        self.table.setHorizontalHeaderItem(_NAME, QTableWidgetItem("Array" if arrays else "Column"))
         groups: dict[str, list[ColumnUse]] = {"": []}
         shown = self.uses[:MOST_SHOWN]
         for column in shown:
@@ -310,19 +307,19 @@ class ImportColumns(QWidget):
         for group, columns in groups.items():
             if group:
                 self._fill_row(row, (group.rstrip("/."), "", "", ""), bold=True)
-                self.table.removeCellWidget(row, 2)
-                self.table.setSpan(row, 0, 1, 5)
+                self.table.removeCellWidget(row, _USE)
+                self.table.setSpan(row, _NAME, 1, 5)
                 row += 1
             for column in columns:
                 name = column.name.removeprefix(group)
                 name = f"{name} [{column.unit}]" if column.unit else name
-                texts = ("      " * bool(group) + name, "   ".join(column.cells), "", column.size)
+                texts = ("      " * bool(group) + name, column.size, "   ".join(column.cells), "")
                 self._fill_row(row, texts)
-                self.table.setCellWidget(row, 2, _padded(self._choice(column)))
+                self.table.setCellWidget(row, _USE, _padded(self._choice(column)))
                 if column.name in unit_missing:
-                    self.table.setCellWidget(row, 4, _padded(self._unit_line(column.name)))
+                    self.table.setCellWidget(row, _UNIT, _padded(self._unit_line(column.name)))
                 else:
-                    self.table.removeCellWidget(row, 4)
+                    self.table.removeCellWidget(row, _UNIT)
                 row += 1
 
     def _fill_row(self, row: int, texts: Sequence[str], bold: bool = False) -> None:
@@ -343,7 +340,7 @@ class ImportColumns(QWidget):
     def choice(self) -> FileChoice:
         """What is chosen for files of this schema, to be remembered once they are imported."""
         timed = any(column.use == "times" for column in self.uses)
-        rate = 0.0 if timed else self._rate
+        rate = 0.0 if timed else self.rate.value()
         return FileChoice(self._schema, dict(self._chosen), rate, self._chosen_units)
 
     def _show_status(self) -> None:
@@ -380,7 +377,7 @@ class ImportColumns(QWidget):
     @property
     def _timed(self) -> bool:
         """Whether the times of the samples are known."""
-        rate = self._rate or self._preview.rate
+        rate = self.rate.value() or self._preview.rate
         return bool(rate) or any(column.use == "times" for column in self.uses)
 
     def _file_sentence(self) -> str:
@@ -511,6 +508,14 @@ def _run_until(
     return None
 
 
+def _count_line(report: ImportReport) -> str:
+    """How many demonstrations were imported."""
+    new, *others = [report.count(status) for status in ("new", "updated", "unchanged")]
+    if new and not any(others):
+        return f"{counted(new, 'demonstration')} imported."
+    return "{} new, {} updated, {} unchanged.".format(new, *others)
+
+
 class ImportDialog(FileDrop, QDialog):
     """Choose files, their task and the coder of their labels; import them, and report.
 
@@ -530,7 +535,8 @@ class ImportDialog(FileDrop, QDialog):
         self.setWindowTitle("Import demonstrations")
         resize_on_screen(self, QSize(680, 760))
         self._document, self._jobs, self._open_project = document, jobs, open_project
-        self._tasks_named = False
+        self._tasks_named = self._closed = False
+        self._cancelled = Event()
         self._files = QListWidget()
         self._files.setAccessibleName("Files to import")
         # The end of a path tells files apart.
@@ -565,13 +571,12 @@ class ImportDialog(FileDrop, QDialog):
             "MATLAB, HDF5), ROS bags, LeRobot datasets (the folder, or its meta/info.json), XDF, "
             "C3D, TDMS, raw OptoForce dumps, *.pdl, archives of projects"
         )
-        label = QLabel(kinds, wordWrap=True)
-        return fill_layout(QHBoxLayout(), (label, 1), self._pick)
+        return fill_layout(QHBoxLayout(), (sentence_label(kinds), 1), self._pick)
 
     def _form(self) -> QFormLayout:
         """What the files do not say themselves."""
         document = self._document
-        self.open_project_name = QLabel(wordWrap=True, textFormat=Qt.TextFormat.PlainText)
+        self.open_project_name = sentence_label()
         self._task = QComboBox(editable=True)
         self._task.setAccessibleName("Task")
         self._task.addItems(document.project.demonstrations.tasks() if document.project else ())
@@ -579,11 +584,6 @@ class ImportDialog(FileDrop, QDialog):
         self._task.setCurrentText("")
         self._task.currentTextChanged.connect(self._warn)
         self._author = UnsignedCoder(document, ReadOptions().author)
-        self._rate = QDoubleSpinBox(maximum=1e6, suffix=" Hz")
-        self._rate.setSpecialValueText("from the time column")
-        self._rate.setAccessibleName("Sample rate of files without times")
-        self._rate.valueChanged.connect(self.columns.set_rate)
-        self.columns.rate_proposed.connect(self._rate.setValue)
         self.jitter = QDoubleSpinBox(maximum=1e6, decimals=3, suffix=" ms")
         self.jitter.setSpecialValueText("none")
         self.jitter.setAccessibleName("Timestamps may jitter by")
@@ -608,7 +608,7 @@ class ImportDialog(FileDrop, QDialog):
         form.addRow("Episodes of a dataset", self.episodes)
         form.addRow("Task", self._task)
         form.addRow("Coder for unsigned labels", self._author)
-        form.addRow("Sample rate, where files have no times", self._rate)
+        form.addRow("Sample rate, where files have no times", self.columns.rate)
         form.addRow("Timestamps may jitter by", self.jitter)
         form.addRow("Calibration of raw OptoForce dumps", calibration)
         form.addRow("", self.videos)
@@ -679,9 +679,10 @@ class ImportDialog(FileDrop, QDialog):
         self._changed()
 
     def reject(self) -> None:
-        """Cancel a running import, and close."""
+        """Close, and cancel a running import; one that is written by then is shown nevertheless."""
         self._jobs.cancel(PREVIEW_JOB)
-        self._jobs.cancel("import")
+        self._cancelled.set()
+        self._closed = True
         super().reject()
 
     def _warn(self) -> None:
@@ -755,16 +756,17 @@ class ImportDialog(FileDrop, QDialog):
         except InputError as error:
             self._failed(error)
             return
-        options = ReadOptions(
+        options = replace(
+            self.columns.options(),
             episodes=episodes,
             task=settle_name(self, self._task.currentText(), tasks) or None,
             author=self._author.settle(),
-            rate=self._rate.value() or None,
+            rate=self.columns.rate.value() or None,
             jitter=self.jitter.value() / 1000,
             calibration=Path(calibration) if calibration else None,
             videos=self.videos.isChecked(),
         )
-        options, files = self.columns.options(options), self._listed()
+        files = self._listed()
         loose = _loose_videos(files)
         set_enabled_with_reason(self._go, "Wait until this is imported.")
         self._show_running(True)
@@ -775,7 +777,7 @@ class ImportDialog(FileDrop, QDialog):
             _run_until(self._cancelled, steps),
             partial(self._imported, path, files, self.columns.choice()),
             self._failed,
-            self._bar.show_progress,
+            self._show_progress,
             key="import",
         )
 
@@ -783,6 +785,10 @@ class ImportDialog(FileDrop, QDialog):
         self._bar.setVisible(running)
         self._stop.setVisible(running)
         self._stop.setEnabled(running)
+
+    def _show_progress(self, progress: Progress) -> None:
+        if not self._closed:
+            self._bar.show_progress(progress)
 
     def _cancel(self) -> None:
         """Cancel the import; the dialog and its choices stay."""
@@ -793,27 +799,23 @@ class ImportDialog(FileDrop, QDialog):
         self, path: Path, files: Sequence[Path], choice: FileChoice, report: ImportReport | None
     ) -> None:
         """Report the import; files that failed or were added meanwhile stay in the list."""
+        if report is not None:
+            self._show_demonstrations(path, choice, report)
+        if self._closed:
+            return  # and deleted
         self._show_running(False)
         if report is None:
             self._changed()
             self._show_report(["The import was cancelled."])
             self._go.setFocus()
             return
-        if report.demonstrations:
-            _remember(choice)
-        if self._document.project is None and self._open_project is not None:
-            self._open_project(path)
-            self._propose_project(())
+        self._propose_project(())
         unread = report.unread
         remaining = [path for path in self._listed() if path not in files or path in unread]
         self._files.clear()
         if not remaining:
             self._task.setCurrentText("")  # the next files may show something else
         self.add_files(remaining)
-        counts = [report.count(status) for status in ("new", "updated", "unchanged")]
-        lines = ["{} new, {} updated, {} unchanged.".format(*counts)]
-        if counts[0] and not any(counts[1:]):
-            lines = [f"{counted(counts[0], 'demonstration')} imported."]
         failures: list[str] = []
         if unread:
             failures.append("Left out because they could not be read:")
@@ -823,17 +825,30 @@ class ImportDialog(FileDrop, QDialog):
             f"{video.name} is a video: attach it by Demonstration > Attach video…"
             for video in _loose_videos(files)
         ]
-        self._show_report(lines, failures, [*videos, *report.remark_lines()])
-        self._document.reread()  # the open one may have new labels, its task other actions
-        if not self._document.id and self._document.infos:
-            self._document.open_demonstration(self._document.infos[0].id)
+        self._show_report([_count_line(report)], failures, [*videos, *report.remark_lines()])
         if unread:
             self._select(unread)
             return
         (self._go if remaining else self._close).setFocus()
 
+    def _show_demonstrations(self, path: Path, choice: FileChoice, report: ImportReport) -> None:
+        """Show in the window what was imported into a project, which is opened if none is."""
+        if report.demonstrations:
+            _remember(choice)
+        document = self._document
+        if document.project is None and self._open_project is not None:
+            self._open_project(path)
+        document.reread()  # the open one may have new labels, its task other actions
+        if not document.id and document.infos:
+            document.open_demonstration(document.infos[0].id)
+        if self._closed:
+            text = f"{path.name}: {_count_line(report)} It was too late to cancel."
+            document.show_message(text)
+
     def _failed(self, error: Exception) -> None:
         """Report why nothing was imported; select the files concerned."""
+        if self._closed:
+            return
         self._show_running(False)
         set_enabled_with_reason(self._go, "")
         self._select(error.files if isinstance(error, InputError) else ())

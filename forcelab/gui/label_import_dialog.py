@@ -14,7 +14,6 @@ from PySide6.QtWidgets import (
     QDialog,
     QFormLayout,
     QHBoxLayout,
-    QLabel,
     QScrollArea,
     QVBoxLayout,
     QWidget,
@@ -34,6 +33,7 @@ from forcelab.gui.layout import (
     push_button,
     resize_on_screen,
     seconds_box,
+    sentence_label,
     set_enabled_with_reason,
 )
 from forcelab.gui.text import name_fields
@@ -94,11 +94,10 @@ class LabelImportDialog(FileDrop, QDialog):
         self._show(LabelReport(), _PLANNED)
 
     def _heading(self) -> QHBoxLayout:
-        label = QLabel(
+        label = sentence_label(
             "Label files, chosen or dropped here: ELAN, TextGrids of Praat, BORIS, Label Studio, "
             "Audacity, tables (CSV). Each belongs to the demonstration of its name."
         )
-        label.setWordWrap(True)
         self.pick = push_button(
             "Choose files…", lambda: self.add_files(ask_files(self, "Label files", "labels"))
         )

@@ -64,7 +64,7 @@ def scroll_area(page: QWidget) -> QScrollArea:
 
 def placeholder(text: str = "") -> QLabel:
     """A faint text in the middle, where there is nothing to show yet."""
-    label = _sentence(text)
+    label = sentence_label(text)
     label.setMargin(PAGE_MARGIN)
     label.setAlignment(Qt.AlignmentFlag.AlignCenter)
     label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
@@ -369,23 +369,23 @@ def label_of(field: QWidget, text: str) -> QLabel:
     return label
 
 
+def sentence_label(text: str = "") -> QLabel:
+    """A plain text that wraps: names in it may hold anything."""
+    return QLabel(text, wordWrap=True, textFormat=Qt.TextFormat.PlainText)
+
+
 def muted_label(text: str = "") -> QLabel:
     """A faint sentence that wraps."""
-    label = _sentence(text)
+    label = sentence_label(text)
     label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
     return label
 
 
 def copyable(text: str = "") -> QLabel:
     """A text that wraps and can be copied."""
-    label = _sentence(text)
+    label = sentence_label(text)
     label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
     return label
-
-
-def _sentence(text: str) -> QLabel:
-    """A plain text that wraps: names in it may hold anything."""
-    return QLabel(text, wordWrap=True, textFormat=Qt.TextFormat.PlainText)
 
 
 def emphasise(widget: QWidget, larger: float = 1.0) -> None:
@@ -419,7 +419,7 @@ class ProgressBar(QProgressBar):
 
 def toned_label(tone: Literal["trouble", "warning"], text: str = "") -> QLabel:
     """A sentence in the theme's colour for trouble or warnings."""
-    label = _sentence(text)
+    label = sentence_label(text)
     label.setProperty("tone", tone)  # by which the theme's style sheet finds it
     return label
 
@@ -443,7 +443,7 @@ def add_buttons(
     dialog: QDialog, text: str, press: Callable[..., object]
 ) -> tuple[QPushButton, QPushButton]:
     """Add the button that does what a dialog is for, its default, and Close below all else."""
-    buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+    buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close, dialog)
     go = buttons.addButton(text, QDialogButtonBox.ButtonRole.ActionRole)
     go.clicked.connect(press)
     buttons.rejected.connect(dialog.reject)

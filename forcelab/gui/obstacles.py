@@ -41,15 +41,16 @@ class Obstacles:
     def _missing(self, needs: str) -> str:
         """What of all that a command needs is missing."""
         document, project = self._document, self._document.project
-        if needs and project is None:
-            return "Open or make a project first."
+        if project is None:
+            vacant = needs in ("", "write or new")
+            return "" if vacant else "Open or make a project first."
         if needs == "listed" and not document.infos:
             return "There is no demonstration yet; import one first."
         if needs in ("view", "edit") and not self._in_view():
             return "This acts on the demonstration in view; go to Label or Review."
         if needs in ("view", "edit") and document.demonstration is None:
             return "Open a demonstration first."
-        if needs in ("write", "edit") and project is not None:
+        if needs in ("write", "write or new", "edit"):
             try:
                 project.refuse_read_only()
             except ForcelabError as error:

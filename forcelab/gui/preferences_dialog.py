@@ -302,7 +302,6 @@ class KeysPage(QWidget):
         name = "Give this command its default keys back"
         self._reset = push_button("Reset", self._reset_current, name, auto_default=False)
         self._trouble = toned_label("trouble")
-        self._trouble.setTextFormat(Qt.TextFormat.PlainText)
         self._trouble.setAccessibleName("Why a key was refused")
         # Kept free, so that the table does not jump when a sentence comes.
         self._trouble.setMinimumHeight(self.fontMetrics().lineSpacing() * 2)

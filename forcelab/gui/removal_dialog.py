@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QCheckBox, QDialog, QDialogButtonBox, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QDialog, QDialogButtonBox, QVBoxLayout, QWidget
 
 from forcelab.gui.demonstration_model import DemonstrationRow, percent
-from forcelab.gui.layout import fill_layout, run_dialog, set_enabled_with_reason
+from forcelab.gui.layout import fill_layout, run_dialog, sentence_label, set_enabled_with_reason
 from forcelab.gui.text import escape_ampersands
 from forcelab.labels import is_model
 from forcelab.project import Project, RunUse
@@ -28,14 +27,12 @@ class Removal(QDialog):
     def __init__(self, title: str, text: str, consent: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle(title)
-        self.text = QLabel(text)
-        self.text.setTextFormat(Qt.TextFormat.PlainText)  # names are anybody's
-        self.text.setWordWrap(True)
+        self.text = sentence_label(text)
         self.text.setMinimumWidth(360)
         # Without a parent it would be a window for a moment.
         self.consent = QCheckBox(escape_ampersands(consent), self)
         self.consent.setVisible(bool(consent))
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel, self)
         self.remove = buttons.addButton("Remove", QDialogButtonBox.ButtonRole.DestructiveRole)
         self.remove.setAutoDefault(False)
         set_enabled_with_reason(self.remove, _CONSENT_MISSING if consent else "")

@@ -48,6 +48,12 @@ def settle_name(parent: QWidget | None, name: str, known: Iterable[str]) -> str:
     return name if answer == answers[1] else existing
 
 
+def confirm(parent: QWidget | None, title: str, question: str, detail: str, verb: str) -> bool:
+    """Ask whether to do what cannot be undone; neither Enter nor Escape does it."""
+    answers = verb, "Cancel"
+    return ask(parent, title, question, detail, answers, default=1, escape=1) == verb
+
+
 def ask(
     parent: QWidget | None,
     title: str,

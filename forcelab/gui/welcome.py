@@ -30,6 +30,7 @@ from forcelab.gui.layout import (
     fill_layout,
     muted_label,
     push_button,
+    sentence_label,
     set_enabled_with_reason,
     tool_button,
 )
@@ -77,8 +78,9 @@ class Welcome(QWidget):
         self._opening = opening
         title = QLabel("Label and recognise force actions")
         emphasise(title, 1.7)
-        say = QLabel("A project is a folder of demonstrations with everybody's labels.")
-        say.setWordWrap(True)
+        explanation = sentence_label(
+            "A project is a folder of demonstrations with everybody's labels."
+        )
         self._trouble = copyable()
         self._trouble.setProperty("tone", "trouble")
         self._trouble.setVisible(False)
@@ -118,7 +120,7 @@ class Welcome(QWidget):
         page = QGridLayout()
         page.setHorizontalSpacing(0)
         page.addWidget(title, 1, 1, 1, 2)
-        page.addWidget(say, 2, 1, 1, 2)
+        page.addWidget(explanation, 2, 1, 1, 2)
         page.addWidget(self._trouble, 3, 1, 1, 2)
         for column, side, beside in ((1, ways_page, 0), (2, self._recent_page, BETWEEN)):
             side.setMinimumWidth(NARROWEST + beside)

@@ -18,8 +18,8 @@ from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 
 _AXIS = re.compile(
-    r"(?:(?P<before>.*\w)[ _.\-])?(?:f|force)(?P<number>\d*)[ _.\-]?(?P<axis>[xyz])"
-    r"(?:[ _.\-]?(?P<behind>\w+))?",
+    r"(?:(?P<before>.*\w)[ _.\-])?(?:f|force|(?P<german>kraft))(?P<number>\d*)[ _.\-]?"
+    r"(?P<axis>[xyz])(?:[ _.\-]?(?P<behind>\w+))?",
     re.I,
 )
 
@@ -54,8 +54,10 @@ def _sensors(names: Sequence[str], requested: Collection[str]) -> dict[str, dict
     sensors: dict[str, dict[str, int]] = {}
     for column, name in enumerate(names):
         match = _AXIS.fullmatch(name.strip())
-        # Recognisers were trained on columns such as left_fx before these were known for axes.
-        if match and not ((match["before"] or match["number"]) and name in requested):
+        # Recognisers were trained on columns such as left_fx, F1X or Kraft X before these were
+        # known for axes.
+        known_later = match and (match["before"] or match["german"] or match["number"])
+        if match and not (known_later and name in requested):
             words = match.group("before", "number", "behind")
             sensor = sensors.setdefault(" ".join(filter(None, words)).lower(), {})
             sensor.setdefault(match["axis"].lower(), column)

@@ -53,7 +53,7 @@ class PictureVideo:
             self._writer = JpegVideoWriter(self.path, *picture.size)
             self.size, self.start = picture.size, time
         elif picture.size != self.size:
-            raise PictureError(f"it is of {pixels(picture.size)}, others {pixels(self.size)}")
+            raise PictureError(f"it is of {size_text(picture.size)}, others {size_text(self.size)}")
         self._writer.write(picture.data, time - self.start)
         self.count += 1
 
@@ -63,7 +63,7 @@ class PictureVideo:
             self._writer.close()
 
 
-def pixels(size: tuple[int, int]) -> str:
+def size_text(size: tuple[int, int]) -> str:
     """Width and height in words."""
     return f"{size[0]} x {size[1]}"
 

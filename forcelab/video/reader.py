@@ -227,11 +227,6 @@ class VideoReader:
         return width, height
 
     @property
-    def rate(self) -> float:
-        """Frames a second: the inverse of the median period; 0 for a single frame."""
-        return float(1 / np.median(np.diff(self.times))) if len(self) > 1 else 0.0
-
-    @property
     def position(self) -> int:
         """The frame that was decoded last; -1 if that is not known."""
         return self._decoder.at

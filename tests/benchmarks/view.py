@@ -814,7 +814,7 @@ def measuring_video(folder: Path, film: Film, frames: int, times: int) -> Measur
             if name == PREPARED:
                 if not film.sketched:
                     continue
-                until(lambda: window.label.video.panels[0].prepared)
+                until(lambda: window.label.video.panels[0]._frames._decoder.prepared)
             taken, wrong = watch.measured(numbers, act, sharp=name != PREPARED)
             plain = PLAIN + (JUMP if name == PREPARED else name)
             rows.append(Latency(name, film.name, taken, bound, wrong, alternative=plain))

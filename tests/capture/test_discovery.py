@@ -124,12 +124,6 @@ def test_cameras_are_listed_by_the_number_that_is_said(plugged, capsys, monkeypa
     assert "not yours to open" in shown
 
 
-def test_without_pyserial_that_is_said(monkeypatch):
-    monkeypatch.setitem(sys.modules, "serial.tools", None)
-    with pytest.raises(InputError, match="pip install pyserial"):
-        find_ports()
-
-
 def kernel_list(folder, **names):
     for device, name in names.items():
         (folder / device).mkdir()

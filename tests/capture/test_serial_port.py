@@ -130,11 +130,3 @@ def test_a_file_is_no_port(tmp_path):
 @pytest.mark.parametrize("number", [errno.EACCES, errno.EPERM])
 def test_a_port_of_others_is_told_with_the_group(number):
     assert "dialout" in open_error("/dev/ttyACM0", OSError(number, "no"))
-
-
-def test_without_pyserial_that_is_said(monkeypatch):
-    import sys
-
-    monkeypatch.setitem(sys.modules, "serial", None)
-    with pytest.raises(InputError, match="pip install pyserial"):
-        Port("/dev/ttyACM0", 9600).open()

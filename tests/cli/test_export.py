@@ -48,7 +48,7 @@ def test_a_table_of_all_is_not_taken_for_labels_of_one_recording(forcelab, proje
     lab = tmp_path / "lab.csv"
     lab.write_text("time,fx\n" + "".join(f"{i / 100},{i % 7}\n" for i in range(50)))
     assert result.status == 0
-    assert label_tables.has_labels_beside(lab) is None
+    assert label_tables.labels_file_beside(lab) is None
 
 
 @pytest.mark.parametrize(

@@ -106,6 +106,15 @@ def test_both_sensors_are_played_as_they_were_recorded(stored):
     assert not any(os.path.lexists(port["port"]) for port in output["ports"])
 
 
+@pytest.mark.parametrize(("rate", "said"), [(200.0, "&rate=200"), (1000.0, ""), (1300.0, "")])
+def test_a_daq_is_named_with_the_rate_that_it_plays_at(stored, rate, said):
+    path = stored(recording(times=np.arange(N) / rate))
+    with replaying(path) as (_, output):
+        for port in output["ports"]:
+            assert port["device"].partition(".toml")[2] == said
+            assert parse_device(port["device"]).rate == (200.0 if said else 1000.0)
+
+
 def test_channels_of_any_kind_are_played_as_lines_of_text(stored):
     t = np.arange(N) / 400.0
     channels = (Channel("opening", "mm"), Channel("grip force", "N"), Channel("thumb"))

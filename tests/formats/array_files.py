@@ -4,11 +4,9 @@ import random
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from forcelab.errors import InputError
 from forcelab.formats import read
-from forcelab.formats.recording import ReadOptions
 
 #: Samples of the recording that each file holds, at 500 Hz.
 SAMPLES = 200
@@ -153,23 +151,6 @@ def whole_matlab(folder: Path):
     return sorted(folder.iterdir())
 
 
-def load(path, **options):
-    """The one recording in a file."""
-    (recording,) = read(path, ReadOptions(**options))
-    return recording
-
-
-def refusal(path, error=InputError, **options):
-    """The sentence for which a file is refused: one line that names it."""
-    with pytest.raises(error) as caught:
-        read(path, ReadOptions(**options))
-    sentence = str(caught.value)
-    assert path.name in sentence
-    assert sentence.endswith(".")
-    assert "\n" not in sentence
-    return sentence
-
-
 def read_mutated(whole: list[Path], path: Path) -> None:
     """Read mutations of whole files under a name; what is refused is refused in a sentence."""
     from tests.fuzz.ros_bags import change_bytes  # needs rosbags
@@ -183,10 +164,6 @@ def read_mutated(whole: list[Path], path: Path) -> None:
             read(path)
         except InputError as error:
             assert str(error).isprintable()
-
-
-def names(recording):
-    return [channel.name for channel in recording.demonstration.channels]
 
 
 def actions(recording):

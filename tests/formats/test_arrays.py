@@ -4,6 +4,7 @@ import zipfile
 
 import numpy as np
 import pytest
+from factories import channel_names, read_single, refusal, rounded_segments
 
 from forcelab.errors import InputError, UnclearRateError
 from forcelab.formats import arrays, identify, preview, read
@@ -14,16 +15,13 @@ from tests.formats.array_files import (
     SAMPLES,
     TIMES,
     WORDS,
-    load,
-    names,
-    refusal,
     write_npz,
 )
 
 
 def labels(recording):
-    (track,) = recording.tracks
-    return [(round(s.start, 6), round(s.end, 6), s.action) for s in track.segments]
+    (segments,) = rounded_segments(recording).values()
+    return segments
 
 
 GRAB_AND_HOLD = [(0.0, 0.12, "grab"), (0.24, 0.4, "hold")]
@@ -33,10 +31,10 @@ class TestWhatIsRead:
     def test_forces_times_and_words_are_found_by_their_names(self, tmp_path):
         pose = np.ones((SAMPLES, 7))
         path = write_npz(tmp_path / "pull 3.npz", t=TIMES, force=FORCES, pose=pose, label=WORDS)
-        recording = load(path, task="pull", author="Ann")
+        recording = read_single(path, task="pull", author="Ann")
         demonstration = recording.demonstration
         assert (demonstration.name, demonstration.task) == ("pull 3", "pull")
-        assert names(recording) == ["fx", "fy", "fz"]
+        assert channel_names(recording) == ["fx", "fy", "fz"]
         assert np.array_equal(demonstration.signals, FORCES)
         assert np.array_equal(demonstration.times, TIMES)
         assert recording.tracks[0].author == "Ann"
@@ -49,20 +47,41 @@ class TestWhatIsRead:
     def test_columns_of_one_table_are_all_signals(self, tmp_path):
         columns = {"fx": FORCES[:, 0], "fz": FORCES[:, 2], "angle": FORCES[:, 1]}
         path = write_npz(tmp_path / "a.npz", time_ms=TIMES * 1000, **columns)
-        recording = load(path)
-        assert names(recording) == ["fx", "fz", "angle"]
+        recording = read_single(path)
+        assert channel_names(recording) == ["fx", "fz", "angle"]
         assert recording.demonstration.rate == pytest.approx(500)
+
+    def test_six_columns_of_forces_are_one_sensor_unless_a_list_names_them(self, tmp_path):
+        both = np.hstack([FORCES, FORCES])
+        recording = read_single(write_npz(tmp_path / "a.npz", t=TIMES, forces=both))
+        assert channel_names(recording) == ["fx", "fy", "fz", "tx", "ty", "tz"]
+        assert recording.remarks == (
+            "Read from t (times), forces.",
+            "The six columns of 'forces' were read as the force and the torque of one sensor, fx "
+            "to tz; if they are something else, keep a list of their names beside them in the "
+            "file.",
+        )
+        axes = ["fx1", "fy1", "fz1", "fx2", "fy2", "fz2"]
+        listed = read_single(write_npz(tmp_path / "b.npz", t=TIMES, forces=both, axes=axes))
+        assert channel_names(listed) == axes
+        assert listed.remarks == ("Read from t (times), forces.",)
+        wrench = read_single(write_npz(tmp_path / "c.npz", t=TIMES, wrench=both))
+        assert wrench.remarks == ("Read from t (times), wrench.",)
 
     @pytest.mark.parametrize("kind", ["<f2", ">f4", "<f8", "<i2", ">i4", "u1", "?"])
     def test_numbers_of_any_type_are_kept(self, tmp_path, kind):
         force = (FORCES * 50 + 100).astype(kind)
-        demonstration = load(write_npz(tmp_path / "a.npz", t=TIMES, force=force)).demonstration
+        demonstration = read_single(
+            write_npz(tmp_path / "a.npz", t=TIMES, force=force)
+        ).demonstration
         assert np.array_equal(demonstration.signals, force.astype(float))
 
     @pytest.mark.parametrize("force", [FORCES, FORCES.T, np.asfortranarray(FORCES)])
     @pytest.mark.parametrize("times", [TIMES, TIMES[:, None], TIMES[None, :]])
     def test_rows_and_columns_are_alike(self, tmp_path, force, times):
-        demonstration = load(write_npz(tmp_path / "a.npz", t=times, force=force)).demonstration
+        demonstration = read_single(
+            write_npz(tmp_path / "a.npz", t=times, force=force)
+        ).demonstration
         assert np.array_equal(demonstration.signals, FORCES)
         assert np.array_equal(demonstration.times, TIMES)
 
@@ -70,50 +89,50 @@ class TestWhatIsRead:
         stamps = 1_717_156_800_000_000_123 + np.cumsum(np.arange(1, SAMPLES + 1) * 1009)
         for kind in (np.int64, np.uint64, "M8[ns]"):
             path = write_npz(tmp_path / "a.npz", stamp=stamps.astype(kind), force=FORCES)
-            times = load(path).demonstration.times
+            times = read_single(path).demonstration.times
             assert np.allclose(times, (stamps - stamps[0]) / 1e9, atol=1e-11)
 
     def test_a_rate_in_the_file_stands_in_for_times(self, tmp_path):
         path = write_npz(tmp_path / "a.npz", Fs=250, data=FORCES, names=np.array(["a", "b", "c"]))
-        recording = load(path)
+        recording = read_single(path)
         assert recording.demonstration.rate == pytest.approx(250)
-        assert names(recording) == ["a", "b", "c"]
+        assert channel_names(recording) == ["a", "b", "c"]
 
     @pytest.mark.parametrize("codes", [CODES, CODES + 1], ids=["from 0", "from 1"])
     def test_codes_are_called_by_the_list_beside_them(self, tmp_path, codes):
         words = np.array(["grab", "hold"])
         path = write_npz(tmp_path / "a.npz", t=TIMES, force=FORCES, phase=codes, phases=words)
-        assert labels(load(path)) == GRAB_AND_HOLD
+        assert labels(read_single(path)) == GRAB_AND_HOLD
 
     def test_words_name_no_dates(self, tmp_path):
         dates = np.datetime64("2026-11-27", "ns") + (TIMES * 1e9).astype("m8[ns]")
         arrays = {"time": TIMES, "host_time": dates, "force": FORCES, "label": CODES + 1}
         path = write_npz(tmp_path / "a.npz", labels=np.array(["grab", "hold"]), **arrays)
-        recording = load(path)
+        recording = read_single(path)
         assert labels(recording) == GRAB_AND_HOLD
         assert "Column host_time was left out: it has times, too." in recording.remarks
 
     def test_an_array_alone_is_a_table_without_a_header(self, tmp_path):
         np.save(tmp_path / "a.npy", np.column_stack([TIMES, FORCES]))
-        recording = load(tmp_path / "a.npy", leave_out=("3",))
-        assert names(recording) == ["column 2", "column 4"]
+        recording = read_single(tmp_path / "a.npy", leave_out=("3",))
+        assert channel_names(recording) == ["column 2", "column 4"]
         assert np.array_equal(recording.demonstration.times, TIMES)
         np.save(tmp_path / "b.npy", FORCES)
         assert "no column of times" in refusal(tmp_path / "b.npy", UnclearRateError)
-        assert load(tmp_path / "b.npy", rate=40.0).demonstration.rate == pytest.approx(40)
+        assert read_single(tmp_path / "b.npy", rate=40.0).demonstration.rate == pytest.approx(40)
 
     def test_records_are_columns(self, tmp_path):
         records = np.zeros(SAMPLES, [("t", "f8"), ("fx", ">f4"), ("spin", "f4"), ("label", "U4")])
         records["t"], records["fx"], records["label"] = TIMES, FORCES[:, 0], WORDS
         np.save(tmp_path / "a.npy", records)
-        recording = load(tmp_path / "a.npy")
-        assert names(recording) == ["fx", "spin"]
+        recording = read_single(tmp_path / "a.npy")
+        assert channel_names(recording) == ["fx", "spin"]
         assert labels(recording) == GRAB_AND_HOLD
 
     def test_sensors_are_told_apart_by_their_groups(self, tmp_path):
         arrays = {"left/force": FORCES, "right/force": -FORCES, "t": TIMES}
-        recording = load(write_npz(tmp_path / "a.npz", **arrays))
-        assert names(recording)[2:4] == ["fz left", "fx right"]
+        recording = read_single(write_npz(tmp_path / "a.npz", **arrays))
+        assert channel_names(recording)[2:4] == ["fz left", "fx right"]
 
     def test_numbered_groups_are_demonstrations_in_the_order_of_their_numbers(self, tmp_path):
         arrays = {f"data/demo_{i}/force": FORCES + i for i in (0, 1, 2, 10)}
@@ -134,25 +153,28 @@ class TestWhatIsChosen:
     def test_what_is_not_plain_is_asked_for_with_what_there_is(self, path):
         assert refusal(path) == (
             f"'{path}' holds no array that is called a force, and it is not plain which are the "
-            f"signals among image (9 × 4 × 4 × 3), obs/pos (200 × 3), obs/vel (100 × 3), "
-            f"aux/when (200), kind (200); name what is to be read as a signal, an array or a "
-            f"group of them (--signal), and the times (--time) or their rate (--rate)."
+            f"signals among obs/pos (200 × 3), obs/vel (100 × 3), aux/when (200), kind (200); "
+            f"name what is to be read as a signal, an array or a group of them (--signal), and "
+            f"the times (--time) or their rate (--rate)."
         )
 
     def test_options_name_arrays_groups_and_columns(self, path):
-        recording = load(path, time="aux/when", label="kind", signals=("obs/pos",))
-        assert names(recording) == ["pos 1", "pos 2", "pos 3"]
+        recording = read_single(path, time="aux/when", label="kind", signals=("obs/pos",))
+        assert channel_names(recording) == ["pos 1", "pos 2", "pos 3"]
         assert np.array_equal(recording.demonstration.times, TIMES)
         assert [action for *_, action in labels(recording)] == ["1", "0", "2"]
-        assert names(load(path, rate=10.0, signals=("/obs/pos 3", "aux"))) == ["pos 3", "when"]
-        group = load(path, rate=10.0, signals=("obs",), leave_out=("obs/vel",))
-        assert names(group) == ["pos 1", "pos 2", "pos 3"]
+        assert channel_names(read_single(path, rate=10.0, signals=("/obs/pos 3", "aux"))) == [
+            "pos 3",
+            "when",
+        ]
+        group = read_single(path, rate=10.0, signals=("obs",), leave_out=("obs/vel",))
+        assert channel_names(group) == ["pos 1", "pos 2", "pos 3"]
 
     def test_a_column_of_an_array_may_hold_the_times(self, tmp_path):
         table = np.column_stack([FORCES, TIMES])
         path = write_npz(tmp_path / "a.npz", data=table, label=WORDS)
-        recording = load(path, time="data 4")
-        assert names(recording) == ["data 1", "data 2", "data 3"]
+        recording = read_single(path, time="data 4")
+        assert channel_names(recording) == ["data 1", "data 2", "data 3"]
         assert np.array_equal(recording.demonstration.times, TIMES)
         assert "'data' has 4 columns; name one of them, such as 'data 1'" in refusal(
             path, time="data"
@@ -198,7 +220,7 @@ class TestWhatIsChosen:
 class TestWhatIsRefused:
     def test_python_objects_are_left_out_and_nothing_is_run(self, tmp_path):
         words = np.array(list(WORDS), dtype=object)
-        recording = load(write_npz(tmp_path / "a.npz", t=TIMES, force=FORCES, label=words))
+        recording = read_single(write_npz(tmp_path / "a.npz", t=TIMES, force=FORCES, label=words))
         assert recording.tracks == ()
         assert (
             "Python objects, which only running code of the file could read, were left out "

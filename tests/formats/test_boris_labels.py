@@ -13,9 +13,10 @@ import pytest
 from fuzz.text_mutations import mutated_bytes, mutated_json
 
 from forcelab.clock import ClockMap
+from forcelab.demonstration import VideoReference
 from forcelab.errors import InputError
-from forcelab.formats import identify, json_values
-from forcelab.formats.boris import RESOLUTION, Observation, VideoFile, to_boris
+from forcelab.formats import boris, identify, json_values
+from forcelab.formats.boris import RESOLUTION, Observation, to_boris
 from forcelab.formats.label_files import LabelOptions, LabelSet, read_label_file
 from forcelab.labels import Segment, Track
 from forcelab.vocabulary import Vocabulary
@@ -67,9 +68,10 @@ def path(tmp_path):
     return tmp_path / "study.boris"
 
 
-def test_what_we_write_comes_back_to_a_microsecond(path):
+def test_what_we_write_comes_back_to_a_microsecond(path, monkeypatch):
+    monkeypatch.setattr(boris, "stated_rate_and_length", lambda _: (30.0, 12.5))
     clock = ClockMap(-0.4, 1.25)
-    video = VideoFile(Path("/films/pull.mp4"), clock, 30.0, 12.5)
+    video = VideoReference(Path("/films/pull.mp4"), clock)
     observations = [
         Observation("a", "foam", ANN),
         Observation("a", "foam", BEN),

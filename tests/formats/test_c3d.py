@@ -5,7 +5,7 @@ import struct
 
 import numpy as np
 import pytest
-from factories import read_single
+from factories import read_single, rounded_segments
 
 pytest.importorskip("ezc3d")
 
@@ -17,13 +17,6 @@ from forcelab.formats.recording import ReadOptions
 from tests.formats.column_files import forces, whole_c3d, write_c3d
 
 POINTS = np.random.default_rng(2).normal(size=(30, 2, 3)).astype(np.float32)
-
-
-def labels(recording):
-    return {
-        track.author: [(round(s.start, 6), round(s.end, 6), s.action) for s in track.segments]
-        for track in recording.tracks
-    }
 
 
 def test_analog_channels_come_out_as_they_went_in(tmp_path):
@@ -55,18 +48,18 @@ def test_events_last_until_the_next_one_of_their_context(tmp_path):
         ("Left", "Foot Strike", 0.05), ("Left", "Foot Off", 0.15), ("Right", "Foot Strike", 0.1),
     ]  # fmt: skip
     recording = read_single(write_c3d(tmp_path / "a.c3d", forces(300), events=events))
-    assert labels(recording) == {
+    assert rounded_segments(recording) == {
         "coder (Left)": [(0.05, 0.15, "Foot Strike"), (0.15, 0.3, "Foot Off")],
         "coder (Right)": [(0.1, 0.3, "Foot Strike")],
     }
     assert "Labels were read from Left: each lasts until the next one." in recording.remarks
-    assert list(labels(read_single(tmp_path / "a.c3d", label="Left"))) == ["coder"]
+    assert list(rounded_segments(read_single(tmp_path / "a.c3d", label="Left"))) == ["coder"]
 
 
 def test_an_event_without_a_time_ends_no_label(tmp_path):
     events = [("Left", "grab", 0.05), ("Left", "hold", float("nan"))]
     recording = read_single(write_c3d(tmp_path / "a.c3d", forces(300), events=events))
-    assert labels(recording) == {"coder": [(0.05, 0.3, "grab")]}
+    assert rounded_segments(recording) == {"coder": [(0.05, 0.3, "grab")]}
 
 
 def by_hand(values, processor, scale, real, first=1, unsigned=False):
@@ -171,7 +164,7 @@ def test_a_part_that_was_cut_out_keeps_its_events(tmp_path):
     content = bytearray(path.read_bytes())
     content[6:10] = struct.pack("<HH", 391, 420)  # frames from 3.9 s on
     path.write_bytes(content)
-    assert labels(read_single(path)) == {"coder": [(0.1, 0.3, "grab")]}
+    assert rounded_segments(read_single(path)) == {"coder": [(0.1, 0.3, "grab")]}
 
 
 def test_frames_that_are_cut_off_are_told_or_refused(tmp_path):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-import shutil
 from dataclasses import replace
 from datetime import datetime, timezone
 from pathlib import Path
@@ -14,7 +13,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pympi
 import pytest
-from factories import demonstration_with_video
+from factories import cached_project, make_filmed_project
 
 from forcelab.cli import main
 from forcelab.clock import ClockMap
@@ -37,21 +36,11 @@ ANN = (Segment(0.1, DUSTY, "grab"), Segment(DUSTY, 0.45, "hold, firmly"))
 ZOE = (Segment(0.0, 0.2, "grab"),)
 
 
-@pytest.fixture(scope="module")
-def filmed(tmp_path_factory):
-    """A demonstration whose video starts 0.4 s before its forces, labelled by two."""
-    folder = tmp_path_factory.mktemp("filmed")
-    path = folder / "study.forcelab"
-    with Project.create(path) as project:
-        added = project.demonstrations.add(demonstration_with_video(folder, ClockMap(-0.4)))
-        for author, segments in (("Ann", ANN), ("Zoe", ZOE)):
-            project.tracks.edit(added.id, author, (), segments, "painted")
-    return path
-
-
 @pytest.fixture
-def project(filmed, tmp_path):
-    return Path(shutil.copytree(filmed, tmp_path / filmed.name))
+def project(tmp_path):
+    """A demonstration whose video starts 0.4 s before its forces, labelled by two."""
+    tracks = ("Ann", ANN), ("Zoe", ZOE)
+    return cached_project(make_filmed_project, tmp_path / "study.forcelab", tracks)
 
 
 def export(project, kind, **options):
@@ -333,7 +322,7 @@ def test_files_of_demonstrations_with_the_same_name_are_told_by_their_tasks(tmp_
 
 
 def test_a_format_is_written_once_it_is_registered(project, tmp_path, monkeypatch):
-    count = ExportFormat("Counts", ".count", "track", lambda part: b"%d" % len(part.tracks))
+    count = ExportFormat("Counts", "track", lambda part: b"%d" % len(part.tracks), suffix=".count")
     monkeypatch.setitem(FORMATS, "count", count)
     out = tmp_path / "out"
     assert main(["export", str(project), "--out", str(out), "--format", "count"]) == 0

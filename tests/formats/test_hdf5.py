@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from factories import channel_names, read_single, refusal
 from process_jobs import ending_process
 
 from forcelab.cli import main
@@ -17,10 +18,7 @@ from tests.formats.array_files import (
     TIMES,
     WORDS,
     actions,
-    load,
-    names,
     read_mutated,
-    refusal,
     whole_hdf5,
 )
 
@@ -53,7 +51,7 @@ def test_numbers_are_kept_however_they_are_stored(path, kind, options):
     with h5py.File(path, "w") as file:
         file["wrist/time"] = TIMES
         file.create_dataset("wrist/force", data=force, **options)
-    demonstration = load(path).demonstration
+    demonstration = read_single(path).demonstration
     assert np.array_equal(demonstration.signals, force.astype(float))
     assert np.array_equal(demonstration.times, TIMES)
 
@@ -66,7 +64,7 @@ def test_attributes_tell_units_names_rate_scale_and_what_is_missing(path):
         data.attrs.update({"units": "N", "scale_factor": 0.001, "add_offset": 1.5})
         data.attrs.update({"_FillValue": np.int16(-32768), "columns": ["left x", "left y", "z"]})
         file["adc"].attrs["sampling_rate"] = 500
-    demonstration = load(path).demonstration
+    demonstration = read_single(path).demonstration
     channels = [(c.name, c.unit) for c in demonstration.channels]
     assert channels == [("left x", "N"), ("left y", "N"), ("z", "N")]
     assert demonstration.rate == pytest.approx(500)
@@ -80,7 +78,7 @@ def test_a_column_that_is_asked_for_by_its_own_name_is_told_apart(path):
         file["t"], file["pose"], file["speed"] = TIMES, FORCES, FORCES
         file["pose"].attrs["columns"] = ["left x", "left y", "left z"]
     options = ReadOptions(signals=("left y",))
-    assert names(read(path, options)[0]) == ["left y"]
+    assert channel_names(read(path, options)[0]) == ["left y"]
     uses = {use.name: use.use for use in preview(path, options)}
     columns = {"pose 1": "left out", "pose 2": "signal", "pose 3": "left out"}
     assert uses == {"t": "times", **columns, "speed": "left out"}
@@ -90,7 +88,7 @@ def test_uneven_stamps_are_kept(path):
     stamps = np.cumsum(np.random.default_rng(3).uniform(0.001, 0.003, SAMPLES))
     with h5py.File(path, "w") as file:
         file["t"], file["force"] = stamps, FORCES
-    assert np.array_equal(load(path).demonstration.times, stamps - stamps[0])
+    assert np.array_equal(read_single(path).demonstration.times, stamps - stamps[0])
 
 
 @pytest.mark.parametrize("kind", ["f4", "f8"])
@@ -146,7 +144,7 @@ def test_labels_are_words_or_codes_with_names(path, write):
     with h5py.File(path, "w") as file:
         file["t"], file["force"] = TIMES, FORCES
         write(file)
-    assert actions(load(path)) == ["grab", "hold"]
+    assert actions(read_single(path)) == ["grab", "hold"]
 
 
 def test_a_file_of_robomimic_is_a_demonstration_a_group(path):
@@ -159,12 +157,12 @@ def test_a_file_of_robomimic_is_a_demonstration_a_group(path):
             group["actions"], group["rewards"] = np.zeros((SAMPLES, 7)), np.zeros(SAMPLES)
         file["data"].attrs["env_args"] = '{"env_name": "Lift"}'
         file["mask/train"] = np.array([b"demo_0", b"demo_1"])
-    assert "agentview_image (200 × 4 × 4 × 3), obs/robot0_eef_pos (200 × 3)" in refusal(path)
+    assert "signals among actions (200 × 7), obs/robot0_eef_pos (200 × 3)" in refusal(path)
     recordings = read(path, ReadOptions(signals=("obs/robot0_eef_pos",), rate=20.0))
     found = [recording.demonstration for recording in recordings]
     assert [d.name for d in found] == [f"pull demo_{i}" for i in (0, 1, 2, 10)]
     assert np.array_equal(found[3].signals, FORCES + 10)
-    assert names(recordings[0]) == [f"robot0_eef_pos {i}" for i in (1, 2, 3)]
+    assert channel_names(recordings[0]) == [f"robot0_eef_pos {i}" for i in (1, 2, 3)]
     assert "Pictures stay in the file; save them as a video and attach that." in (
         recordings[0].remarks
     )
@@ -174,6 +172,17 @@ def test_a_file_of_robomimic_is_a_demonstration_a_group(path):
     assert uses["obs/agentview_image"].choices == ("left out",)
 
 
+def test_what_robomimic_keeps_a_step_later_is_no_second_sensor(path):
+    with h5py.File(path, "w") as file:
+        for name in ("obs", "next_obs"):
+            file[f"data/demo_0/{name}/robot0_ee_force"] = FORCES
+        file["data/demo_1/next_obs/robot0_ee_force"] = FORCES
+    first, second = read(path, ReadOptions(rate=20.0))
+    assert channel_names(first) == channel_names(second) == ["fx", "fy", "fz"]
+    assert "Read from obs/robot0_ee_force." in first.remarks
+    assert "Read from next_obs/robot0_ee_force." in second.remarks
+
+
 def test_a_file_of_aloha_needs_its_rate_and_what_to_read(path):
     with h5py.File(path, "w") as file:
         file.attrs["sim"] = True
@@ -181,8 +190,8 @@ def test_a_file_of_aloha_needs_its_rate_and_what_to_read(path):
             file[name] = np.tile(np.arange(14.0), (SAMPLES, 1))
         file["observations/images/top"] = np.zeros((SAMPLES, 4, 4, 3), np.uint8)
     assert "no column of times" in refusal(path, UnclearRateError, signals=("observations/qpos",))
-    recording = load(path, signals=("/observations",), rate=50.0)
-    assert len(names(recording)) == 28
+    recording = read_single(path, signals=("/observations",), rate=50.0)
+    assert len(channel_names(recording)) == 28
     assert recording.demonstration.rate == pytest.approx(50)
 
 
@@ -201,8 +210,8 @@ class TestForeignFiles:
             file.create_virtual_dataset("force", layout)
             raw = [(str(tmp_path / "raw"), 0, FORCES.nbytes)]
             file.create_dataset("wrench", FORCES.shape, "f8", external=raw)
-        recording = load(path)
-        assert names(recording) == ["fx"]
+        recording = read_single(path)
+        assert channel_names(recording) == ["fx"]
         assert "force, wrench: left out, its data lie in other files." in recording.remarks
         assert "link: left out, a link to another file." in recording.remarks
 
@@ -216,7 +225,7 @@ class TestForeignFiles:
             space = h5py.h5s.create_simple((4,))
             data = h5py.h5d.create(file.id, b"wrench", h5py.h5t.IEEE_F64LE, space, properties)
             data.write_direct_chunk((0,), b"packed")
-        recording = load(path)
+        recording = read_single(path)
         assert np.array_equal(recording.demonstration.signals, FORCES)
         assert "wrench: left out, compressed by " in recording.remarks[-1]
         assert recording.remarks[-1].endswith(", which h5py has not; write it with gzip.")
@@ -225,7 +234,7 @@ class TestForeignFiles:
         with h5py.File(path, "w") as file:
             file["a/t"], file["a/force"] = TIMES, FORCES
             file["a/back"], file["a/again"] = file["/"], file["a"]
-        assert names(load(path)) == ["fx", "fy", "fz"]
+        assert channel_names(read_single(path)) == ["fx", "fy", "fz"]
 
     def test_what_is_nested_too_deep_is_refused(self, path):
         with h5py.File(path, "w") as file:

@@ -6,18 +6,18 @@ The spelling of exports is that of the server's JSON and of label-studio-sdk's c
 from __future__ import annotations
 
 import json
-import shutil
 from itertools import pairwise
 from pathlib import Path
 from urllib.parse import unquote
 from xml.etree import ElementTree as ET
 
 import pytest
-from factories import demonstration_with_video, foam_demonstration
+from factories import cached_project, foam_demonstration, make_filmed_project
 from fuzz.text_mutations import mutated_bytes, mutated_json
 
 from forcelab.cli import main
 from forcelab.clock import ClockMap
+from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.formats.export import exporting
 from forcelab.formats.label_files import LabelOptions, LabelSet, read_label_file
@@ -33,20 +33,11 @@ ZOE = (Segment(0.0, 0.2, "grab"),)
 MODEL = "model mlp 3"
 
 
-@pytest.fixture(scope="module")
-def filmed(tmp_path_factory):
-    """A demonstration whose video starts 0.4 s before its forces, labelled by two."""
-    folder = tmp_path_factory.mktemp("filmed")
-    with Project.create(folder / "study.forcelab") as project:
-        added = project.demonstrations.add(demonstration_with_video(folder, ClockMap(-0.4)))
-        for author, segments in (("Ann", ANN), ("Zoe", ZOE)):
-            project.tracks.edit(added.id, author, (), segments, "painted")
-        return project.path
-
-
 @pytest.fixture
-def project(filmed, tmp_path):
-    return Path(shutil.copytree(filmed, tmp_path / filmed.name))
+def project(tmp_path):
+    """A demonstration whose video starts 0.4 s before its forces, labelled by two."""
+    tracks = ("Ann", ANN), ("Zoe", ZOE)
+    return cached_project(make_filmed_project, tmp_path / "study.forcelab", tracks)
 
 
 def predictions(project):
@@ -61,6 +52,14 @@ def export(project, kind, out="out"):
     files = finish(exporting(project, project.parent / out, kind, predictions=predictions))
     by_end = {file.name.rpartition(".")[2]: file for file in files}
     return by_end["json"], by_end["xml"], files
+
+
+def test_demonstrations_without_a_common_channel_are_refused_with_what_to_do(project):
+    with Project.open(project) as opened:
+        other = Demonstration.from_frame({"t": [0.0, 0.1, 0.2], "angle": [1.0, 2.0, 3.0]}, "b")
+        opened.demonstrations.add(other)
+    with pytest.raises(InputError, match=r"no channel in common.*export those that have the same"):
+        export(project, "label-studio")
 
 
 def test_forces_are_a_time_series_with_annotations_and_predictions(project):

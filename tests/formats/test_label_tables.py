@@ -8,7 +8,7 @@ import pytest
 
 from forcelab.errors import InputError
 from forcelab.formats import read
-from forcelab.formats.label_tables import has_labels_beside, is_label_table, read_tracks
+from forcelab.formats.label_tables import is_label_table, labels_file_beside, read_tracks
 from forcelab.formats.recording import ReadOptions
 from forcelab.labels import Segment, Track
 
@@ -104,7 +104,7 @@ def recording(start: float, factor: int = 1) -> str:
 def test_a_labels_file_beside_a_recording_is_read_with_it(write, name):
     path = write("r.csv", recording(0))
     beside = write(name, "0.5\t1.25\tgrab\n1.25\t2.0\thold, firmly\n")
-    assert has_labels_beside(path) == beside
+    assert labels_file_beside(path) == beside
     (result,) = read(path, ReadOptions(author="Ann"))
     assert result.tracks == (ANN,)
     assert result.remarks == (f"The labels were read from {name}.",)
@@ -113,7 +113,7 @@ def test_a_labels_file_beside_a_recording_is_read_with_it(write, name):
 def test_a_text_beside_a_recording_that_is_no_label_track_is_left_alone(write):
     path = write("r.csv", recording(0))
     write("r.txt", "Notes of Monday: 2 demonstrations went wrong\n")
-    assert has_labels_beside(path) is None
+    assert labels_file_beside(path) is None
     assert read(path, ReadOptions())[0].tracks == ()
 
 

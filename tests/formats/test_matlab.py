@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.io
+from factories import channel_names, read_single, refusal
 
 from forcelab.errors import InputError
 from forcelab.formats import arrays, identify, matlab, preview, read
@@ -17,10 +18,7 @@ from tests.formats.array_files import (
     WORDS,
     Mat73,
     actions,
-    load,
-    names,
     read_mutated,
-    refusal,
     whole_matlab,
     write_mat,
     write_mat73,
@@ -44,7 +42,7 @@ def test_vectors_are_alike_in_every_version(path, version, shape):
     times = TIMES.reshape((1, -1) if shape == "row" else (-1, 1))
     write_mat(path, version, t=times, force=FORCES)
     assert identify(path).name == "matlab"
-    demonstration = load(path).demonstration
+    demonstration = read_single(path).demonstration
     assert np.array_equal(demonstration.signals, FORCES)
     assert np.array_equal(demonstration.times, TIMES)
 
@@ -53,7 +51,7 @@ def test_vectors_are_alike_in_every_version(path, version, shape):
 @pytest.mark.parametrize("label", [WORDS.astype(object), WORDS], ids=["cell", "char"])
 def test_words_in_cells_and_in_char_arrays_are_labels(path, packed, label):
     write_mat(path, packed=packed, force=FORCES, Fs=500, label=label)
-    recording = load(path)
+    recording = read_single(path)
     assert recording.demonstration.rate == pytest.approx(500)
     assert actions(recording) == ["grab", "hold"]
 
@@ -62,14 +60,14 @@ def test_words_in_cells_and_in_char_arrays_are_labels(path, packed, label):
 def test_numbers_of_any_class_are_kept(path, kind):
     force = (FORCES * 50).astype(kind)
     write_mat(path, t=TIMES, force=force)
-    assert np.array_equal(load(path).demonstration.signals, force.astype(float))
+    assert np.array_equal(read_single(path).demonstration.signals, force.astype(float))
 
 
 def test_fields_of_structs_are_named_by_their_path(path):
     record = {"meta": {"coder": "Ann"}, "arm": {"F": FORCES, "clock": TIMES}}
     write_mat(path, rec=record)
-    recording = load(path, signals=("rec.arm.F",), time="rec.arm.clock")
-    assert names(recording) == ["F 1", "F 2", "F 3"]
+    recording = read_single(path, signals=("rec.arm.F",), time="rec.arm.clock")
+    assert channel_names(recording) == ["F 1", "F 2", "F 3"]
     assert np.array_equal(recording.demonstration.times, TIMES)
     uses = {use.name: use.size for use in preview(path, ReadOptions())}
     assert uses == {"rec.arm.F": "200 × 3", "rec.arm.clock": "1 × 200"}
@@ -86,7 +84,7 @@ def test_a_struct_array_of_trials_is_a_demonstration_each(path):
 
 def test_complex_numbers_are_refused_only_where_they_are_chosen(path):
     write_mat(path, t=TIMES, force=FORCES, impedance=FORCES[:, 0] + 1j, empty={})
-    assert names(load(path)) == ["fx", "fy", "fz"]
+    assert channel_names(read_single(path)) == ["fx", "fy", "fz"]
     assert "impedance is sparse or holds complex numbers" in refusal(path, signals=("impedance",))
     assert [use.name for use in preview(path, ReadOptions())] == ["t", "force", "impedance"]
 
@@ -95,7 +93,7 @@ def test_what_only_matlab_can_read_is_left_out_and_named(path):
     from scipy.sparse import eye
 
     write_mat(path, t=TIMES, force=FORCES, sparse=eye(4, format="csc"))
-    assert load(path).remarks[-1] == (
+    assert read_single(path).remarks[-1] == (
         "sparse: left out, which only MATLAB can read; save them there as numbers or texts, as "
         "with cellstr(labels) or table2array."
     )
@@ -118,7 +116,7 @@ def test_a_table_is_left_out_and_named_and_the_arrays_beside_it_are_read(path):
     words = (element(1, word) for word in (b"notes", b"MCOS", b"table"))
     with path.open("ab") as file:
         file.write(variable(17, *words, inside))
-    recording = load(path)
+    recording = read_single(path)
     assert np.array_equal(recording.demonstration.signals, FORCES)
     assert recording.remarks[-1].startswith("notes: left out, which only MATLAB can read; save")
 
@@ -126,7 +124,7 @@ def test_a_table_is_left_out_and_named_and_the_arrays_beside_it_are_read(path):
 class TestVersion73:
     def test_arrays_lie_in_it_with_their_axes_in_reverse(self, path):
         pytest.importorskip("h5py")
-        recording = load(write_mat73(path))
+        recording = read_single(write_mat73(path))
         assert np.array_equal(recording.demonstration.signals, FORCES)
         assert np.array_equal(recording.demonstration.times, TIMES)
         assert actions(recording) == ["grab", "hold"]
@@ -193,7 +191,7 @@ REAL = Path(scipy.io.matlab.__file__).parent / "tests" / "data"
 class TestFilesOfMatlab:
     @pytest.mark.parametrize("name", sorted(path.name for path in REAL.glob("testmatrix_*.mat")))
     def test_numbers_are_those_that_scipy_reads(self, name):
-        recording = load(REAL / name, rate=10.0)
+        recording = read_single(REAL / name, rate=10.0)
         expected = scipy.io.loadmat(REAL / name)["testmatrix"]
         rows = expected if expected.shape[0] > expected.shape[1] else expected.T
         assert np.array_equal(recording.demonstration.signals, rows)

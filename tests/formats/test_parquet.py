@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from factories import read_single
+from factories import channel_names, read_single, rounded_segments
 
 pytest.importorskip("pyarrow")
 
@@ -13,20 +13,16 @@ import pyarrow as pa
 
 from forcelab.cli import main
 from forcelab.errors import InputError
-from forcelab.formats import identify, parquet, preview
+from forcelab.formats import identify, parquet, preview, read
 from forcelab.formats.recording import ReadOptions
 from tests.formats.column_files import NOON, forces, whole_arrow, wobbling_stamps, write_arrow
 
 SUFFIXES = ["parquet", "feather", "arrow"]
 
 
-def names(recording):
-    return [channel.name for channel in recording.demonstration.channels]
-
-
 def labels(recording):
-    (track,) = recording.tracks
-    return [(round(s.start, 6), round(s.end, 6), s.action) for s in track.segments]
+    (segments,) = rounded_segments(recording).values()
+    return segments
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
@@ -48,6 +44,22 @@ def test_stamps_forces_and_labels_come_out_as_they_went_in(tmp_path, suffix):
     assert [(c.name, c.unit) for c in demonstration.channels] == [("fx", "N"), ("fy", "")]
     edges = (stamps[[100, 250]] - stamps[0]) / 1e9
     assert labels(recording) == [(round(edges[0], 6), round(edges[1], 6), "grab")]
+
+
+def test_recordings_below_each_other_are_told_apart(tmp_path):
+    columns = {"fx": forces(100)[:, 0], "trial": ["a"] * 40 + ["b"] * 60}
+    columns["time"] = np.r_[np.arange(40), np.arange(60)] / 100
+    recordings = read(write_arrow(tmp_path / "a.parquet", columns))
+    assert [r.demonstration.name for r in recordings] == ["a a", "a b"]
+    np.testing.assert_array_equal(recordings[1].demonstration.signals[:, 0], columns["fx"][40:])
+
+
+def test_columns_of_several_levels_have_the_names_of_all(tmp_path):
+    levels = ["('time', '')", "('left', 'fx')", "('left', 'fy [N]')", "(2, 'fz')", "(a, b)"]
+    columns = dict(zip(levels, [np.arange(50) / 100, *forces(50, 4).T], strict=True))
+    recording = read_single(write_arrow(tmp_path / "a.parquet", columns))
+    assert channel_names(recording) == ["left fx", "left fy", "2 fz", "(a, b)"]
+    assert recording.demonstration.channels[1].unit == "N"
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -119,7 +131,7 @@ def test_columns_are_chosen_as_those_of_text_by_name_or_number(tmp_path):
     with pytest.raises(InputError, match="has no column of times among a, b, c, what"):
         read_single(path)
     chosen = read_single(path, time="1", leave_out=("b",), label="WHAT")
-    assert names(chosen) == ["c"]
+    assert channel_names(chosen) == ["c"]
     assert labels(chosen) == [(0, 0.5, "x")]
     with pytest.raises(InputError, match="has no column 'd' of values; name one of a, b, c, what"):
         read_single(path, time="a", leave_out=("d",))
@@ -141,7 +153,7 @@ def test_vectors_and_structures_are_split_and_pictures_left_out(tmp_path):
     }
     path = write_arrow(tmp_path / "a.parquet", columns, row_group_size=25)
     recording = read_single(path, leave_out=("fixed",))
-    assert names(recording) == [
+    assert channel_names(recording) == [
         *(f"observation.state {i}" for i in (1, 2, 3)), "pose.x", "pose.deep.y",
     ]  # fmt: skip
     expected = values.astype(np.float32).astype(np.float64)

@@ -88,6 +88,9 @@ UNKNOWN = {
     "a JPEG picture": b"\xff\xd8\xff\xe0\x00\x10JFIF\x00" + bytes(range(256)),
     "a pointer of Git LFS (git lfs pull fetches the file)": b"version https://git-lfs.github.com\n",
     "a PDF document": b"%PDF-1.7\n%\xe2\xe3\xcf\xd3\n1 0 obj\n",
+    "an old Excel or Word file, whose tables can be saved as .xlsx or CSV": (
+        b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600)
+    ),
     "a web page": b"<!DOCTYPE html>\n<title>404</title>\n1,2,3\n4,5,6\n",
     "a WAV recording": b"RIFF\x24\x08\x00\x00WAVEfmt \x10\x00\x00\x00" + bytes(64),
     "a gzip file, which must be unpacked first": b"\x1f\x8b\x08\x00" + bytes(range(64)),

@@ -319,6 +319,12 @@ def test_what_is_no_force_is_left_out_with_a_remark(tmp_path):
     assert "Nothing was read from /joy (sensor_msgs/Joy)." in joined_remarks(recording)
 
 
+def test_a_topic_without_a_name_is_not_that_of_labels_where_there_are_none(tmp_path):
+    topics = {"": ("sensor_msgs/msg/Joy", [(0.1, {"axes": [1.0]})]), "/ft": (WRENCH, wrenches())}
+    recording = read_single(write_bag(tmp_path / "a", topics, ros=2))
+    assert "Nothing was read from  (sensor_msgs/Joy)." in recording.remarks
+
+
 def test_a_bag_of_an_older_ros_2_does_not_define_its_messages(tmp_path):
     topics = {"/ft": (WRENCH, wrenches()), "/odd": ("my_lab/msg/Odd", [(0.1, {"x": 1})])}
     path = write_bag(tmp_path / "a", topics, {"my_lab/msg/Odd": "int32 x\n"}, ros=2, storage="db3")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from factories import read_single, refusal
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -28,21 +29,6 @@ def table(tmp_path):
     return write
 
 
-def load(path: Path, **options) -> Recording:
-    (recording,) = read(path, ReadOptions(**options))
-    return recording
-
-
-def refusal(path: Path, **options) -> str:
-    with pytest.raises(InputError) as caught:
-        read(path, ReadOptions(**options))
-    sentence = str(caught.value)
-    assert path.name in sentence
-    assert sentence.endswith(".")
-    assert "\n" not in sentence
-    return sentence
-
-
 def channels(recording: Recording) -> list[tuple[str, str]]:
     return [(channel.name, channel.unit) for channel in recording.demonstration.channels]
 
@@ -52,7 +38,7 @@ SMALL = "time,fx,fy\n0.00,1,2\n0.01,3,4\n0.02,5,6\n"
 
 class TestDialects:
     def test_a_plain_table_keeps_stamps_names_and_numbers(self, table):
-        recording = load(table(SMALL), task="reach")
+        recording = read_single(table(SMALL), task="reach")
         demonstration = recording.demonstration
         assert demonstration.name == "reach 07"
         assert demonstration.task == "reach"
@@ -90,8 +76,8 @@ class TestDialects:
         ],
     )
     def test_the_same_table_in_another_dialect_is_the_same(self, table, content):
-        recording = load(table(content))
-        assert recording.demonstration == load(table(SMALL, "plain.csv")).demonstration
+        recording = read_single(table(content))
+        assert recording.demonstration == read_single(table(SMALL, "plain.csv")).demonstration
         assert recording.remarks == ()
 
     @pytest.mark.parametrize(
@@ -99,40 +85,40 @@ class TestDialects:
     )
     def test_encodings_are_told_by_content(self, table, encoding):
         text = SMALL.replace("fx", "Kräfte x [µm]")
-        recording = load(table(text.encode(encoding)))
+        recording = read_single(table(text.encode(encoding)))
         assert channels(recording) == [("Kräfte x", "µm"), ("fy", "")]
 
     def test_decimal_commas_may_stand_quoted_between_commas(self, table):
         rows = "".join(f'"0,0{i}","{i},5"\n' for i in range(1, 6))
-        demonstration = load(table('"time [s]","fx"\n' + rows)).demonstration
+        demonstration = read_single(table('"time [s]","fx"\n' + rows)).demonstration
         assert demonstration.signals[:, 0].tolist() == [1.5, 2.5, 3.5, 4.5, 5.5]
         np.testing.assert_allclose(demonstration.times, [0, 0.01, 0.02, 0.03, 0.04], atol=1e-15)
 
     def test_decimal_commas_that_come_late_are_seen(self, table):
         rows = "".join(f"{10 * i};0;0\n" for i in range(3000)) + "30000;2,5;-0,125\n"
-        recording = load(table("time [ms];fx;fy\n" + rows))
+        recording = read_single(table("time [ms];fx;fy\n" + rows))
         assert recording.demonstration.signals[-1].tolist() == [2.5, -0.125]
 
     def test_units_stand_in_brackets_behind_a_slash_or_in_a_line_of_their_own(self, table):
         text = "t/s;Fx [N];Mz (N m);acc (raw data);force[0]\n0;1;2;3;4\n1e-3;1;2;3;4\n"
-        found = channels(load(table(text)))
+        found = channels(read_single(table(text)))
         assert found == [("Fx", "N"), ("Mz", "N m"), ("acc (raw data)", ""), ("force[0]", "")]
         text = "time,fx,vx,heat\n[ms],[N],[mm/s],[C]\n0,1,2,3\n10,1,2,3\n"
-        recording = load(table(text))
+        recording = read_single(table(text))
         assert channels(recording) == [("fx", "N"), ("vx", "mm/s"), ("heat", "C")]
         assert recording.demonstration.times.tolist() == [0.0, 0.01]
 
     @pytest.mark.parametrize("unit", ["daN", "kgf", "gf", "kp", "newtons", "lbf", "µN"])
     def test_a_force_in_another_unit_is_an_axis_all_the_same(self, table, unit):
-        assert channels(load(table(f"t,fx ({unit})\n0,1\n.1,1\n"))) == [("fx", unit)]
+        assert channels(read_single(table(f"t,fx ({unit})\n0,1\n.1,1\n"))) == [("fx", unit)]
 
     def test_of_many_columns_the_first_are_named(self, table):
         header = ",".join(f"c{number}" for number in range(1000))
         with pytest.raises(InputError, match="among c0, c1, .*, c19 and 980 more; name the"):
-            load(table("\n".join([header, *9 * ["1" + 999 * ",1"]])))
+            read_single(table("\n".join([header, *9 * ["1" + 999 * ",1"]])))
 
     def test_repeated_and_blank_names_are_made_unique_and_said(self, table):
-        recording = load(table("time,f,,f,f 2\n0,1,2,3,4\n.1,1,2,3,4\n"))
+        recording = read_single(table("time,f,,f,f 2\n0,1,2,3,4\n.1,1,2,3,4\n"))
         assert channels(recording) == [("f", ""), ("column 3", ""), ("f 3", ""), ("f 2", "")]
         assert recording.remarks == (
             "Columns that repeat a name were renamed: 'f 3' (column 4).",
@@ -141,21 +127,21 @@ class TestDialects:
 
     def test_a_preamble_is_skipped_and_counted(self, table):
         text = "Device: OptoForce\nRate;1000\n\n" + SMALL
-        recording = load(table(text))
-        assert recording.demonstration == load(table(SMALL, "plain.csv")).demonstration
+        recording = read_single(table(text))
+        assert recording.demonstration == read_single(table(SMALL, "plain.csv")).demonstration
         assert recording.remarks == ("2 lines before the table were skipped.",)
 
     def test_row_numbers_as_pandas_and_r_write_them_are_no_channel(self, table):
         pandas = ",time,fx\n0,0.0,5\n1,0.1,6\n2,0.2,7\n"
-        recording = load(table(pandas))
+        recording = read_single(table(pandas))
         assert channels(recording) == [("fx", "")]
         assert "Column 1 was left out: it only counts the rows." in recording.remarks
         r = '"time" "fx"\n"1" 0.0 5\n"2" 0.1 6\n"3" 0.2 7\n'
-        assert load(table(r)).demonstration == recording.demonstration
+        assert read_single(table(r)).demonstration == recording.demonstration
 
     def test_constant_words_and_empty_columns_are_left_out_and_said(self, table):
         text = "time,who,fx,note\n0,s05,1,\n1e-3,s05,2,\n2e-3,s05,3,\n"
-        recording = load(table(text))
+        recording = read_single(table(text))
         assert channels(recording) == [("fx", "")]
         assert recording.tracks == ()
         assert recording.remarks == (
@@ -165,7 +151,7 @@ class TestDialects:
 
     def test_a_column_that_starts_empty_is_still_a_channel(self, table):
         rows = [f"{i / 1000},{i % 7},{'' if i < 20_000 else 1.5}\n" for i in range(20_010)]
-        recording = load(table("time,fx,fy\n" + "".join(rows)))
+        recording = read_single(table("time,fx,fy\n" + "".join(rows)))
         assert channels(recording) == [("fx", ""), ("fy", "")]
         assert recording.demonstration.signals[-1, 1] == 1.5
         assert recording.remarks == ("20,000 samples are missing (fy 20,000).",)
@@ -224,7 +210,7 @@ def test_a_random_table_in_a_random_dialect_is_read_back_to_the_bit(written, tab
     content, times, signals = written
     path = table(content)
     assert sniff(path, content[:65_536])
-    demonstration = load(path).demonstration
+    demonstration = read_single(path).demonstration
     assert demonstration.times.tolist() == times
     assert [list(map(repr, row)) for row in demonstration.signals.tolist()] == [
         list(map(repr, row)) for row in signals
@@ -241,7 +227,7 @@ def test_a_file_without_rows_is_told_as_long_as_it_is(table, text, length):
 class TestMissingSamples:
     def test_empty_cells_and_words_for_nothing_are_missing_and_counted(self, table):
         text = "time,fx,fy\n0,,1\n.1,NaN,2\n.2,-inf,3\n.3,1e400,\n.4,7,5\n.5,8,3.4e38\n"
-        recording = load(table(text))
+        recording = read_single(table(text))
         assert np.isnan(recording.demonstration.signals[:4, 0]).all()
         assert recording.demonstration.signals[4].tolist() == [7, 5]
         # What a board prints that knows nothing is kept, and taken for no measurement anywhere.
@@ -264,7 +250,7 @@ class TestMissingSamples:
     def test_absurd_stamps_are_dropped_like_absent_ones(self, table):
         rows = [f"{1_700_000_000_000 + 10 * i},{i}\n" for i in range(50)]
         rows[20:22] = ["1e300,20\n", "9" * 5000 + ",21\n"]
-        recording = load(table("timestamp,fx\n" + "".join(rows)))
+        recording = read_single(table("timestamp,fx\n" + "".join(rows)))
         assert recording.demonstration.times.size == 48
         assert recording.remarks == ("2 rows without a usable stamp were dropped.",)
 
@@ -275,7 +261,7 @@ class TestMissingSamples:
 
 class TestRaggedRows:
     def test_a_row_cut_off_at_the_end_is_dropped_and_said(self, table):
-        recording = load(table(SMALL + "0.03,7"))
+        recording = read_single(table(SMALL + "0.03,7"))
         assert recording.demonstration.times.tolist() == [0.0, 0.01, 0.02]
         assert recording.remarks == (
             "1 row with more or fewer than 3 cells was dropped, the first in line 5.",
@@ -284,7 +270,7 @@ class TestRaggedRows:
 
     def test_without_stamps_a_ragged_row_keeps_its_place_as_missing_samples(self, table):
         rows = ["1.5,2\n"] * 10 + ["3\n"] + ["4,5.5\n"] * 10
-        recording = load(table("fx,fy\n" + "".join(rows)), rate=100)
+        recording = read_single(table("fx,fy\n" + "".join(rows)), rate=100)
         assert recording.demonstration.signals.shape == (21, 2)
         assert np.isnan(recording.demonstration.signals[10]).all()
         assert recording.demonstration.signals[11].tolist() == [4, 5.5]
@@ -299,21 +285,26 @@ class TestTime:
     def test_a_table_without_stamps_needs_a_rate(self, table):
         path = table("fx,fy\n3,4\n2,1\n5,6\n")
         assert "say how many samples there are a second" in refusal(path)
-        demonstration = load(path, rate=500).demonstration
+        demonstration = read_single(path, rate=500).demonstration
         assert demonstration.times.tolist() == [0.0, 0.002, 0.004]
         assert demonstration.rate == 500
         with pytest.raises(InputError, match="positive"):
-            load(path, rate=-1)
+            read_single(path, rate=-1)
 
     def test_stamps_are_kept_and_the_rate_is_for_the_grid(self, table):
-        demonstration = load(table(SMALL), rate=500).demonstration
+        demonstration = read_single(table(SMALL), rate=500).demonstration
         assert demonstration.times.tolist() == [0.0, 0.01, 0.02]
         assert demonstration.grid_rate == 500
 
     @pytest.mark.parametrize("wish", ["clk", "CLK", "clk [s]", "2"])
     def test_a_column_is_named_as_stamps_by_name_or_number(self, table, wish):
         path = table("fx,clk [s],time\n5,0,3\n6,.1,2\n7,.3,1\n")
-        assert load(path, time=wish).demonstration.times.tolist() == [0, 0.1, 0.3]
+        assert read_single(path, time=wish).demonstration.times.tolist() == [0, 0.1, 0.3]
+
+    @pytest.mark.parametrize("name", ["label", "labels of Ann"])
+    def test_a_column_of_labels_that_is_named_as_times_is_refused(self, table, name):
+        path = table(f"time,{name},fx\n0,0,1\n.1,1,2\n.2,1,3\n")
+        assert "cannot hold both times and labels" in refusal(path, time=name)
 
     def test_an_unknown_column_is_refused_with_those_there_are(self, table):
         assert "time, fx, fy" in refusal(table(SMALL), time="clock")
@@ -327,32 +318,32 @@ class TestTime:
         ticks = 1_764_000_000_900_000_000 + np.arange(300) * 2_000_000
         rows = "".join(f"{t // 10**9},{t % 10**9},{t % 7}\n" for t in ticks.tolist())
         path = table(f"{seconds},{nanoseconds},fx\n" + rows)
-        recording = load(path)
+        recording = read_single(path)
         np.testing.assert_allclose(
             recording.demonstration.times, np.arange(300) * 0.002, rtol=0, atol=1e-6
         )
         assert channels(recording) == [("fx", "")]
         assert recording.remarks == ()
         np.testing.assert_allclose(
-            load(path, time=nanoseconds).demonstration.times, recording.demonstration.times
+            read_single(path, time=nanoseconds).demonstration.times, recording.demonstration.times
         )
         path = table(f"{seconds},{nanoseconds},fx\n" + rows.replace("1764", "e764", 1))
         assert "'e764000000' in column" in refusal(path)
 
     def test_seconds_beside_the_same_in_nanoseconds_are_no_pair(self, table):
         rows = "".join(f"{i},{i * 10**9},{i % 7}\n" for i in range(30))
-        recording = load(table("t_sec,t_nsec,fx\n" + rows))
+        recording = read_single(table("t_sec,t_nsec,fx\n" + rows))
         np.testing.assert_allclose(recording.demonstration.times, np.arange(30))
         rows = "".join(f"{i // 500},{i * 2_000_000},{i % 7}\n" for i in range(999))
         path = table("t_sec,t_nsec,fx\n" + rows)
         assert "'t_nsec' goes beyond a second" in refusal(path)
-        recording = load(path, leave_out=("t_sec",))
+        recording = read_single(path, leave_out=("t_sec",))
         np.testing.assert_allclose(recording.demonstration.times, np.arange(999) / 500)
 
     def test_without_a_header_an_even_step_tells_the_stamps(self, table):
         rng = np.random.default_rng(1)
         rows = "".join(f"{rng.normal():.4f} {3 + i * 0.005:.3f}\n" for i in range(50))
-        recording = load(table(rows))
+        recording = read_single(table(rows))
         np.testing.assert_allclose(recording.demonstration.times, np.arange(50) * 0.005)
         assert recording.remarks == (
             "There is no header; the columns are called by their numbers.",
@@ -372,12 +363,12 @@ class TestTime:
 
     def test_stamps_as_rosbag_to_csv_writes_them(self, table):
         rows = "".join(f"2023/03/06/16:37:59.{i}00000,{i}\n" for i in range(8))
-        assert load(table("time,.wrench.force.x\n" + rows)).demonstration.times.tolist() == (
+        assert read_single(table("time,.wrench.force.x\n" + rows)).demonstration.times.tolist() == (
             pytest.approx([i / 10 for i in range(8)])
         )
 
     def test_a_second_column_of_stamps_is_no_channel(self, table):
-        recording = load(table("time,timestamp,fx\n0,1700000000000,1\n.1,1700000000100,2\n"))
+        recording = read_single(table("time,timestamp,fx\n0,1700000000000,1\n.1,1700000000100,2\n"))
         assert channels(recording) == [("fx", "")]
         assert recording.remarks == ("Column timestamp was left out: it has times, too.",)
 
@@ -392,7 +383,7 @@ class TestTime:
 
         path = file_of(stamps)
         assert [column.use for column in preview(path, ReadOptions())] == ["times", "signal"]
-        assert load(path).demonstration.times.tolist() == [0, 0.5, 1, 1.5]
+        assert read_single(path).demonstration.times.tolist() == [0, 0.5, 1, 1.5]
         without = refusal(file_of([*stamps[:2], "00:00:00.5", stamps[3]]))
         assert "line 4: '00:00:00.5' in column 'Time' is not a stamp" in without
         assert "time runs backwards" in refusal(file_of(stamps[:0:-1]))
@@ -410,7 +401,7 @@ class TestLabels:
 
     @pytest.mark.parametrize("name", ["label", "Action", "activity_label", "phase", "whatever"])
     def test_runs_of_a_label_column_become_segments(self, table, name):
-        recording = load(table(f"time,fx,{name}\n" + self.ROWS), author="Ann")
+        recording = read_single(table(f"time,fx,{name}\n" + self.ROWS), author="Ann")
         (track,) = recording.tracks
         assert track.author == "Ann"
         found = [(s.start, s.end, s.action) for s in track.segments]
@@ -419,23 +410,23 @@ class TestLabels:
 
     def test_a_column_found_by_its_words_is_named(self, table):
         remark = "Labels were read from 'whatever', the only column of words"
-        assert remark in load(table("time,fx,whatever\n" + self.ROWS)).remarks[-1]
-        assert load(table("time,fx,phase\n" + self.ROWS)).remarks == ()
+        assert remark in read_single(table("time,fx,whatever\n" + self.ROWS)).remarks[-1]
+        assert read_single(table("time,fx,phase\n" + self.ROWS)).remarks == ()
         text = table("time,fx,whatever\n" + self.ROWS)
-        assert load(text, label="whatever").remarks == ()
+        assert read_single(text, label="whatever").remarks == ()
 
     def test_labels_where_an_action_begins_only_are_told_to_be_brief(self, table):
         words = ["grab", "", "", "hold", "", ""]
         rows = "".join(f"{i / 10},{i},{word}\n" for i, word in enumerate(words))
-        recording = load(table("time,fx,label\n" + rows))
+        recording = read_single(table("time,fx,label\n" + rows))
         assert [s.end - s.start for s in recording.tracks[0].segments] == pytest.approx([0.1] * 2)
         assert "'label' is empty below each label" in recording.remarks[0]
         assert "Fill down" in recording.remarks[0]
-        assert load(table("time,fx,label\n" + self.ROWS)).remarks == ()
+        assert read_single(table("time,fx,label\n" + self.ROWS)).remarks == ()
 
     def test_words_that_change_in_each_row_are_no_labels(self, table):
         rows = "".join(f"{i / 10},{i % 4},{'xyz'[i % 3]}\n" for i in range(30))
-        recording = load(table("time,value,axis\n" + rows))
+        recording = read_single(table("time,value,axis\n" + rows))
         assert recording.tracks == ()
         assert recording.remarks == ("Column axis was left out: words, not numbers.",)
 
@@ -444,35 +435,35 @@ class TestLabels:
         message = refusal(path := table("time,value,axis\n" + rows))
         assert "several rows for each time, one for each of x, y, z in 'axis'" in message
         assert "pivot" in message
-        assert "10 bursts" in load(path, leave_out=("axis",)).remarks[0]
+        assert "10 bursts" in read_single(path, leave_out=("axis",)).remarks[0]
 
     def test_whole_numbers_are_labels_where_the_column_says_so(self, table):
         text = "time,fx,{}\n0,5,1\n.1,5,1\n.2,5,3\n.3,5,-1\n"
-        recording = load(table(text.format("class")))
+        recording = read_single(table(text.format("class")))
         assert recording.tracks[0].actions == ("1", "3")
         assert recording.tracks[0].segments[-1].end == 0.3
-        assert load(table(text.format("n"))).tracks == ()
-        assert load(table(text.format("n")), label="n").tracks[0].actions == ("1", "3")
+        assert read_single(table(text.format("n"))).tracks == ()
+        assert read_single(table(text.format("n")), label="n").tracks[0].actions == ("1", "3")
         phase = "time,phase\n" + "".join(f"{i / 100},{i * 0.3:.1f}\n" for i in range(20))
-        assert channels(load(table(phase))) == [("phase", "")]
+        assert channels(read_single(table(phase))) == [("phase", "")]
 
     def test_two_columns_of_words_are_not_guessed_between(self, table):
         text = "time,fx,one,two\n" + "".join(
             f"{i / 10},1,{'ab'[i > 2]},{'cd'[i > 3]}\n" for i in range(9)
         )
-        recording = load(table(text))
+        recording = read_single(table(text))
         assert recording.tracks == ()
         assert recording.remarks[0] == "Columns one, two were left out: words, not numbers."
         assert "several may be (one, two): name the one that is (--label)" in recording.remarks[1]
         assert "call each column 'labels of NAME' in the header" in recording.remarks[1]
-        recording = load(table(text.replace("one,two", "labels of Ann,labels of Ben")))
+        recording = read_single(table(text.replace("one,two", "labels of Ann,labels of Ben")))
         assert [track.author for track in recording.tracks] == ["Ann", "Ben"]
         assert recording.remarks == ()
-        assert load(table(text), label="two").tracks[0].actions == ("c", "d")
+        assert read_single(table(text), label="two").tracks[0].actions == ("c", "d")
 
     def test_a_column_with_a_thousand_words_names_no_actions(self, table):
         rows = "".join(f"{i / 100},{i},note {i // 3}\n" for i in range(6000))
-        found = load(table("time,fx,whatever\n" + rows))
+        found = read_single(table("time,fx,whatever\n" + rows))
         assert found.tracks == ()
         assert "Column whatever was left out: words, not numbers." in found.remarks
         complaint = refusal(table("time,fx,label\n" + rows))
@@ -483,7 +474,7 @@ class TestLabels:
 
     def test_labels_of_dropped_rows_are_dropped_with_them(self, table):
         text = "time,fx,label\n0,1,a\n.1,1,a\n.1,1,b\n.2,1,a\n.3,1,a\n"
-        recording = load(table(text))
+        recording = read_single(table(text))
         assert [s.action for s in recording.tracks[0].segments] == ["a"]
         assert recording.demonstration.times.size == 4
 
@@ -503,7 +494,7 @@ class TestBrokenFiles:
                 broken[place] = rng.integers(0, 256)
             path = table(bytes(broken))
             try:
-                recording = load(path)
+                recording = read_single(path)
             except InputError:
                 refusal(path)
             else:
@@ -527,7 +518,7 @@ class TestSpeed:
         block = "".join(f"{i},{i * 0.25},-1.5,2.25,3e-3,4,5\n" for i in range(100_000))
         path = table("time [ms],a,b,c,d,e,f\n" + block)
         start = time.process_time()
-        demonstration = load(path).demonstration
+        demonstration = read_single(path).demonstration
         assert time.process_time() - start < 2
         assert demonstration.signals[-1].tolist() == [99_999 * 0.25, -1.5, 2.25, 3e-3, 4, 5]
 
@@ -548,7 +539,7 @@ class TestRealRecordings:
     )
     def test_watch_recordings(self, number, rows, repeats, segments, real_file):
         path = real_file(f"imu/s05_0{number}_sw.csv")
-        recording = load(path)
+        recording = read_single(path)
         lines = [line.split(",") for line in path.read_text().splitlines()[1:]]
         fresh = [i for i in range(rows) if i == 0 or lines[i][6] != lines[i - 1][6]]
         demonstration = recording.demonstration
@@ -572,12 +563,130 @@ class TestRealRecordings:
             assert covering.action == lines[i][7]
 
     def test_the_camera_recording(self, real_file):
-        recording = load(real_file("video/karma.csv"))
+        recording = read_single(real_file("video/karma.csv"))
         assert channels(recording) == [(f"accel_{axis}", "m/s^2") for axis in "xyz"]
         assert recording.demonstration.times.size == 2397
         assert recording.demonstration.rate == pytest.approx(198.8, abs=0.1)
         assert recording.demonstration.times[-1] == 12.074214
         assert recording.remarks == ()
+
+
+@pytest.mark.parametrize(
+    ("header", "expected"),
+    [
+        ("t,fx,Aktion", "labels"),
+        ("t,fx,fz [N]", "left out"),
+        ("t,fx,", "left out"),
+        ("t,fx,note,Aktion", "left out"),
+        ("t,fx,label,Aktion", "left out"),
+    ],
+)
+def test_the_only_column_that_begins_empty_is_proposed_as_labels(table, header, expected):
+    width = header.count(",") - 1
+    rows = [f"{i / 500},{i % 7}{',' * width}" for i in range(1000)]
+    rows += [f"{2 + i / 500},1{',' * width}grab" for i in range(100)]
+    path = table("\n".join([header, *rows]))
+    assert preview(path, ReadOptions())[-1].use == expected
+    if expected == "labels":
+        assert [segment.action for segment in read_single(path).tracks[0].segments] == ["grab"]
+
+
+def in_one_table(*parts, header="who,trial,t,fx,note"):
+    """Recordings below each other: of each what tells it from the others, and its rows."""
+    rows = [
+        f"{told},{i / 100 + start},{i % 7 + place},{'grab' if i > 30 else ''}"
+        for place, (told, start, count) in enumerate(parts)
+        for i in range(count)
+    ]
+    return "\n".join([header, *rows])
+
+
+class TestRecordingsInOneTable:
+    def test_columns_with_which_times_begin_again_tell_recordings_apart(self, table):
+        text = in_one_table(("Ann,1", 0, 50), ("Ann,2", 0, 60), ("Ben,1", 0.02, 55))
+        recordings = read(table(text), ReadOptions(task="pull"))
+        found = [recording.demonstration for recording in recordings]
+        expected = ["Ann trial 1", "Ann trial 2", "Ben trial 1"]
+        assert [d.name for d in found] == [f"reach 07 {name}" for name in expected]
+        assert [d.times.size for d in found] == [50, 60, 55]
+        for place, recording in enumerate(recordings):
+            assert channels(recording) == [("fx", "")]
+            times, signals = recording.demonstration.times, recording.demonstration.signals
+            np.testing.assert_allclose(times, np.arange(times.size) / 100, atol=1e-12)
+            np.testing.assert_array_equal(signals[:, 0], np.arange(times.size) % 7 + place)
+            assert [segment.start for segment in recording.tracks[0].segments] == [0.31]
+            assert (
+                "Times begin again with 'who', 'trial', so that the file holds 3 recordings."
+                in (recording.remarks)
+            )
+            assert not any("left out" in remark for remark in recording.remarks)
+
+    def test_values_that_come_again_are_numbered(self, table):
+        text = in_one_table(("a", 0, 50), ("b", 0, 50), ("a", 0, 50), header="trial,t,fx,note")
+        names = [r.demonstration.name for r in read(table(text), ReadOptions())]
+        assert names == ["reach 07 a", "reach 07 b", "reach 07 a 2"]
+
+    @pytest.mark.parametrize(
+        "parts",
+        [
+            [("Ann,1", 0, 50), ("Ann,1", 0, 60)],  # nothing tells them apart
+            [("Ann,1", 0, 50), ("Ann,2", 0, 25), ("Ann,2", 0, 25)],
+            [("Ann,1", 0, 30), ("Ann,2", 0.3, 30), ("Ann,3", 0, 60)],
+        ],
+    )
+    def test_what_is_not_told_apart_runs_backwards(self, table, parts):
+        assert "time runs backwards" in refusal(table(in_one_table(*parts)))
+
+    def test_a_stamp_that_jitters_where_a_column_changes_begins_no_recording(self, table):
+        text = in_one_table(("Ann,1", 0, 50), ("Ann,2", 0.48, 50))
+        (recording,) = read(table(text), ReadOptions())
+        assert recording.demonstration.times.size == 98
+
+    @pytest.mark.parametrize("told", ["one,1 two,1", "1,one 2,one"])
+    def test_a_column_that_is_left_out_tells_them_apart_and_a_signal_stays_one(self, table, told):
+        path = table(in_one_table(*((part, 0, 50) for part in told.split())))
+        for name in ("who", "trial"):
+            recordings = read(path, ReadOptions(leave_out=(name,)))
+            assert len(recordings) == 2
+            assert all(channels(recording)[-1] == ("fx", "") for recording in recordings)
+        if "1,one" in told:
+            recordings = read(path, ReadOptions(signals=("who",)))
+            assert [r.demonstration.signals[0, 0] for r in recordings] == [1, 2]
+
+
+SIX = "".join(f"{i / 100},{i % 7},{i % 5},{i % 3},{i % 9},{i % 4},{i % 8}\n" for i in range(50))
+BOTH_HANDS = [f"{hand} {axis}" for hand in ("left", "right") for axis in ("fx", "fy", "fz")]
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        ",left,left,left,right,right,right\n,fx,fy,fz,fx,fy,fz\ntime,,,,,,\n",
+        "hand,left,left,left,right,right,right\naxis,fx,fy,fz,fx,fy,fz\ntime,,,,,,\n",
+        ",left,,,right,,\ntime,fx,fy,fz,fx,fy,fz\n",
+        ",left,,,right,,\ntime,fx,fy,fz,fx,fy,fz\ns,,,,,,\n",
+    ],
+)
+def test_a_header_of_two_levels_names_the_sensor_and_its_axes(table, header):
+    recording = read_single(table(header + SIX))
+    assert [name for name, _ in channels(recording)] == BOTH_HANDS
+    assert recording.remarks == ()
+    assert recording.demonstration.times[1] == 0.01
+
+
+@pytest.mark.parametrize(
+    ("header", "remarks"),
+    [
+        ("a title,,,,,,\ntime,fx,fy,fz,fx,fy,fz\n", ["1 line before", "'fx 2' (column 5)"]),
+        ("a title,,,,,,\ntime,fx,fy,fz,mx,my,\n", ["1 line before", "called column 7"]),
+        ("title,,,,,,\ntime,fx,,,,,\n", ["1 line before", "called column 3, column 4"]),
+    ],
+)
+def test_a_title_above_the_header_is_no_level_of_it(table, header, remarks):
+    recording = read_single(table(header + SIX))
+    assert recording.demonstration.channels[0].name == "fx"
+    for expected, remark in zip(remarks, recording.remarks, strict=True):
+        assert expected in remark
 
 
 def vicon(samples, after=""):
@@ -591,7 +700,7 @@ def test_a_vicon_export_has_its_rate_and_its_counters(table):
     lost = [i for i in range(400) if not 150 <= i < 173]
     after = "\nTrajectories\n100\n,,a:LFHD,,\nFrame,Sub Frame,X,Y,Z\n,,mm,mm,mm\n"
     after += "".join(f"{i},0,1.5,2.5,3.5\n" for i in range(1, 900))
-    (recording,) = read(table(vicon(lost, after)), ReadOptions())
+    recording = read_single(table(vicon(lost, after)))
     demonstration = recording.demonstration
     assert [(c.name, c.unit) for c in demonstration.channels] == [("Fx", "N"), ("Fz", "N")]
     np.testing.assert_allclose(demonstration.times, np.array(lost) / 1000)
@@ -612,10 +721,20 @@ def test_a_vicon_export_that_a_spreadsheet_saved_again(table):
     np.testing.assert_allclose(recording.demonstration.times, np.arange(400) / 1000)
 
 
+def test_a_vicon_export_has_the_rate_of_its_devices_not_of_the_events_before_them(table):
+    events = "".join(f"S01,Left,Foot Strike,{i / 4},The instant\n" for i in range(12))
+    before = f"Events\n100\nSubject,Context,Name,Time (s),Description\n{events}\n"
+    after = "\nTrajectories\n100\n,,a:LFHD,,\nFrame,Sub Frame,X,Y,Z\n,,mm,mm,mm\n"
+    after += "".join(f"{i},0,1.5,2.5,3.5\n" for i in range(1, 900))
+    (recording,) = read(table(before + vicon(range(400), after)), ReadOptions())
+    assert [c.name for c in recording.demonstration.channels] == ["Fx", "Fz"]
+    np.testing.assert_allclose(recording.demonstration.times, np.arange(400) / 1000)
+
+
 def test_frame_and_sub_frame_count_together_wherever_they_stand(table):
     text = vicon(range(400)).split("\n", 3)[3]
     assert "say how many samples" in refusal(table(text))
-    (recording,) = read(table(text), ReadOptions(rate=1000))
+    recording = read_single(table(text), rate=1000)
     assert [c.name for c in recording.demonstration.channels] == ["Fx", "Fz"]
 
 
@@ -637,7 +756,7 @@ def test_a_labview_measurement_has_two_headers(tmp_path, timed, comma):
     path = tmp_path / "pull.lvm"
     path.write_text(text.replace(".", ",") if comma else text)
     assert identify(path).name == "table"
-    recording = load(path)
+    recording = read_single(path)
     demonstration = recording.demonstration
     assert [(c.name, c.unit) for c in demonstration.channels] == [("Fx", "Newton"), ("Fz", "Volt")]
     np.testing.assert_allclose(demonstration.times, np.arange(200) / 500, atol=1e-12)
@@ -649,7 +768,7 @@ def test_each_channel_of_a_labview_measurement_may_have_times(tmp_path):
     text = text.replace("X_Value\tFx\tFz", "X_Value\tFx\tX_Value\tFz")
     path = tmp_path / "pull.lvm"
     path.write_text(text + "".join(f"{i / 500}\t{i}.5\t{i / 500}\t{i}.25\n" for i in range(40)))
-    recording = load(path)
+    recording = read_single(path)
     assert [c.name for c in recording.demonstration.channels] == ["Fx", "Fz"]
     np.testing.assert_allclose(recording.demonstration.times, np.arange(40) / 500, atol=1e-12)
 
@@ -664,10 +783,18 @@ def test_a_short_labview_measurement_with_empty_channels_and_comments(tmp_path, 
     path = tmp_path / "pull.lvm"
     path.write_text(text)
     assert identify(path).name == "table"
-    recording = load(path)
+    recording = read_single(path)
     assert [(c.name, c.unit) for c in recording.demonstration.channels] == [("Fx", "Newton")]
     np.testing.assert_allclose(recording.demonstration.times, np.arange(rows) / 500, atol=1e-12)
     assert [s.action for s in recording.tracks[0].segments[:2]] == ["good", "lost"]
+
+
+def test_a_quote_in_a_labview_header_that_is_not_closed_does_no_harm(table):
+    rows = "".join(f"{i / 500}\t{i % 7 / 4}\t{i % 9 / 4}\n" for i in range(200))
+    whole = read_single(table(LABVIEW + rows, "pull.lvm"))
+    quoted = LABVIEW.replace("Writer_Version", 'Operator\t"Joe\nWriter_Version')
+    recording = read_single(table(quoted + rows, "pull.lvm"))
+    assert recording.demonstration == whole.demonstration
 
 
 @pytest.fixture
@@ -692,13 +819,13 @@ COUNTS = (65_400 + NUMBERS) % 65_536
 
 
 def test_beside_stamps_a_counter_is_left_out_and_said(counter_table):
-    recording = load(counter_table(COUNTS, times=NUMBERS / 200))
+    recording = read_single(counter_table(COUNTS, times=NUMBERS / 200))
     assert [c.name for c in recording.demonstration.channels] == ["Daumen_x"]
     assert "Column Paket was left out: it counts the samples." in recording.remarks
 
 
 def test_without_stamps_it_places_the_rows_so_that_what_was_lost_is_a_gap(counter_table):
-    recording = load(counter_table(COUNTS), rate=200.0)
+    recording = read_single(counter_table(COUNTS), rate=200.0)
     np.testing.assert_allclose(recording.demonstration.times, NUMBERS / 200, atol=1e-12)
     assert "80 of 300 were lost" in " ".join(recording.remarks)
 
@@ -707,16 +834,16 @@ def test_a_column_of_on_and_off_is_a_signal_and_said_to_be_one_unless_it_was_ask
     path = tmp_path / "trial.csv"
     rows = [f"{i / 100},{np.sin(i):.3f},{i % 2},{i % 3}" for i in range(40)]
     path.write_text("\n".join(["t (s),fz,button,gear", *rows]) + "\n")
-    (remark,) = load(path).remarks
+    (remark,) = read_single(path).remarks
     assert remark.startswith("Column button holds nothing but 0 and 1")
-    assert load(path, signals=("button",)).remarks == ()
-    assert "button" not in " ".join(load(path, leave_out=("button",)).remarks[1:])
+    assert read_single(path, signals=("button",)).remarks == ()
+    assert "button" not in " ".join(read_single(path, leave_out=("button",)).remarks[1:])
 
 
 @pytest.mark.parametrize("last", [300, 1500, 20_000, 30_999, 40_000])
 def test_a_device_that_was_restarted_is_a_gap_of_unknown_length_and_no_loss(counter_table, last):
     counts = [*range(last - 199, last + 1), *range(100)]
-    recording = load(counter_table(counts), rate=200.0)
+    recording = read_single(counter_table(counts), rate=200.0)
     np.testing.assert_allclose(recording.demonstration.times, np.arange(300) / 200, atol=1e-12)
     result = " ".join(recording.remarks)
     assert "none was lost" in result
@@ -725,25 +852,25 @@ def test_a_device_that_was_restarted_is_a_gap_of_unknown_length_and_no_loss(coun
 
 
 def test_a_device_that_was_restarted_early_counts_far_beyond_that(counter_table):
-    recording = load(counter_table([*range(200), *range(3, 600)]), rate=200.0)
+    recording = read_single(counter_table([*range(200), *range(3, 600)]), rate=200.0)
     assert [c.name for c in recording.demonstration.channels] == ["Daumen_x"]
 
 
 @pytest.mark.parametrize("counts", [[*range(200), 198, *range(199, 400)], [*range(400, 0, -1)]])
 def test_what_falls_but_not_to_its_beginning_is_a_signal_whatever_its_name(counter_table, counts):
     path = counter_table(counts, times=np.arange(len(counts)) / 200)
-    assert [c.name for c in load(path).demonstration.channels] == ["Paket", "Daumen_x"]
+    assert [c.name for c in read_single(path).demonstration.channels] == ["Paket", "Daumen_x"]
 
 
 def test_a_turn_at_which_samples_were_lost_is_no_restart(counter_table):
     counts = [*range(32_000, 32_700), *range(50, 300)]
-    result = " ".join(load(counter_table(counts), rate=200.0).remarks)
+    result = " ".join(read_single(counter_table(counts), rate=200.0).remarks)
     assert "118 of 1,068 were lost" in result
     assert "begins again" not in result
 
 
 def test_one_of_any_name_is_known_by_how_it_goes_on(counter_table):
-    recording = load(counter_table(COUNTS, "Wert_A;Wert_B"), rate=200.0)
+    recording = read_single(counter_table(COUNTS, "Wert_A;Wert_B"), rate=200.0)
     assert [c.name for c in recording.demonstration.channels] == ["Wert_B"]
     assert recording.demonstration.duration == pytest.approx(1.5)
     assert "if it is a signal, import it as one (--signal)" in " ".join(recording.remarks)
@@ -751,23 +878,23 @@ def test_one_of_any_name_is_known_by_how_it_goes_on(counter_table):
 
 def test_a_column_taken_for_a_counter_is_a_signal_where_it_is_asked_for(counter_table):
     path = counter_table(np.arange(200), "Traverse;Daumen_x", times=np.arange(200) / 200)
-    assert [c.name for c in load(path).demonstration.channels] == ["Daumen_x"]
-    demonstration = load(path, signals=("traverse",)).demonstration
+    assert [c.name for c in read_single(path).demonstration.channels] == ["Daumen_x"]
+    demonstration = read_single(path, signals=("traverse",)).demonstration
     assert [c.name for c in demonstration.channels] == ["Traverse", "Daumen_x"]
     np.testing.assert_array_equal(demonstration.signals[:, 0], np.arange(200))
     with pytest.raises(InputError, match="'Traverse' is asked for as a signal and as something"):
-        load(path, signals=("Traverse",), leave_out=("Traverse",))
+        read_single(path, signals=("Traverse",), leave_out=("Traverse",))
 
 
 @pytest.mark.parametrize("wish", ["leave_out", "signals"])
 def test_rows_do_not_go_by_a_column_that_is_said_to_be_no_counter(counter_table, wish):
-    recording = load(counter_table(COUNTS), rate=200.0, **{wish: ("Paket",)})
+    recording = read_single(counter_table(COUNTS), rate=200.0, **{wish: ("Paket",)})
     np.testing.assert_allclose(recording.demonstration.times, np.arange(NUMBERS.size) / 200)
 
 
 def test_a_temperature_called_t_is_a_signal_where_it_is_asked_for(counter_table):
     path = counter_table(NUMBERS // 8 + 20, "t;Daumen_x")
-    demonstration = load(path, rate=200.0, signals=("t",)).demonstration
+    demonstration = read_single(path, rate=200.0, signals=("t",)).demonstration
     assert [c.name for c in demonstration.channels] == ["t", "Daumen_x"]
 
 
@@ -775,8 +902,8 @@ def test_second_times_are_a_signal_where_they_are_asked_for(tmp_path):
     path = tmp_path / "trial.csv"
     rows = (f"{i / 100},{i * 7 % 5 / 10},{i}" for i in range(50))
     path.write_text("\n".join(["time,fx,device time", *rows]) + "\n")
-    assert [c.name for c in load(path).demonstration.channels] == ["fx"]
-    channels = load(path, signals=("device time",)).demonstration.channels
+    assert [c.name for c in read_single(path).demonstration.channels] == ["fx"]
+    channels = read_single(path, signals=("device time",)).demonstration.channels
     assert [c.name for c in channels] == ["fx", "device time"]
 
 
@@ -786,7 +913,7 @@ def test_what_counts_rows_only_at_first_stays_a_signal(tmp_path, header):
     course = [min(i, 12_000 - i) for i in range(9_000)]  # there, and half the way back
     rows = [f"{i / 100},{course[i]},{np.sin(i):.3f}" for i in range(9_000)]
     path.write_text("\n".join([*([header] if header else []), *rows]) + "\n")
-    demonstration = load(path).demonstration
+    demonstration = read_single(path).demonstration
     assert len(demonstration.channels) == 2
     np.testing.assert_array_equal(demonstration.signals[:, 0], course)
 
@@ -796,7 +923,7 @@ def test_numbers_of_rows_of_which_some_were_taken_out_are_no_signal(tmp_path):
     numbers = [i if i < 7_000 else 3 * i + i % 2 for i in range(9_000)]
     rows = [f"{i / 100},{number},{np.sin(i):.3f}" for i, number in enumerate(numbers)]
     path.write_text("\n".join(["time,index,fx", *rows]) + "\n")
-    assert [c.name for c in load(path).demonstration.channels] == ["fx"]
+    assert [c.name for c in read_single(path).demonstration.channels] == ["fx"]
 
 
 def test_words_are_no_signal_even_where_they_are_asked_for(tmp_path):
@@ -804,33 +931,34 @@ def test_words_are_no_signal_even_where_they_are_asked_for(tmp_path):
     rows = (f"{i / 100},{i * 7 % 5 / 10},word {i}" for i in range(50))
     path.write_text("\n".join(["time,fx,note", *rows]) + "\n")
     with pytest.raises(InputError, match="'note' holds no numbers, so that it is no signal"):
-        load(path, signals=("note",))
+        read_single(path, signals=("note",))
 
 
 @pytest.mark.parametrize("name", ["encoder_count", "MotorTicks", "Position", "enc2"])
 def test_what_is_measured_at_an_even_speed_stays_a_signal(counter_table, name):
     path = counter_table(np.arange(200), f"{name};Daumen_x", times=np.arange(200) / 200)
-    assert [c.name for c in load(path).demonstration.channels] == [name, "Daumen_x"]
+    assert [c.name for c in read_single(path).demonstration.channels] == [name, "Daumen_x"]
 
 
 def test_a_counter_that_is_asked_for_stands_before_stamps(counter_table):
     path = counter_table(COUNTS, times=np.arange(NUMBERS.size) / 200)
-    recording = load(path, rate=100.0, counter="paket")
+    recording = read_single(path, rate=100.0, counter="paket")
     np.testing.assert_allclose(recording.demonstration.times, NUMBERS / 100, atol=1e-12)
-    with pytest.raises(InputError, match="'Daumen_x' does not go on by one step"):
-        load(path, rate=100.0, counter="Daumen_x")
+    for rate in (100.0, None):
+        with pytest.raises(InputError, match="'Daumen_x' does not go on by one step"):
+            read_single(path, rate=rate, counter="Daumen_x")
     with pytest.raises(InputError, match="'Paket' counts the samples; say how many there are"):
-        load(path, counter="Paket")
+        read_single(path, counter="Paket")
 
 
 def test_columns_that_are_not_wanted_become_no_channels(counter_table):
     path = counter_table(NUMBERS % 7, "Taster;Daumen_x", times=NUMBERS / 200)
     for wish, left in (("taster", "Daumen_x"), ("3", "Taster")):
-        recording = load(path, leave_out=(wish,))
+        recording = read_single(path, leave_out=(wish,))
         assert [c.name for c in recording.demonstration.channels] == [left]
         assert any("was left out: as chosen" in remark for remark in recording.remarks)
     with pytest.raises(InputError, match="no column 'Daumenx' of values; name one of"):
-        load(path, leave_out=("Daumenx",))
+        read_single(path, leave_out=("Daumenx",))
 
 
 @pytest.mark.parametrize(
@@ -843,6 +971,7 @@ def test_columns_that_are_not_wanted_become_no_channels(counter_table):
         (np.arange(50), False),  # too few to tell
         (np.repeat(np.arange(400), [1] * 399 + [3]), False),  # stands still at last
         (np.full(200, np.nan), True),
+        ([2e9, 1e8, 5e6, 2.5e5], True),  # as of a device that is restarted in each row
     ],
 )
 def test_what_is_no_counter_stays_a_signal(values, named):

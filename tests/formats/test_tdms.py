@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from factories import read_single
+from factories import channel_names, read_single
 
 pytest.importorskip("nptdms")
 
@@ -19,10 +19,6 @@ from tests.formats.column_files import (
 )
 
 VALUES = forces(200)
-
-
-def names(recording):
-    return [channel.name for channel in recording.demonstration.channels]
 
 
 def group(name, values, told, channels="xyz"):
@@ -85,10 +81,10 @@ def test_without_times_the_rate_or_the_channel_is_asked_for(tmp_path):
     with pytest.raises(InputError, match=r"tells no times of Log\.c, Log\.Fx, Log\.Fy"):
         read_single(path)
     by_rate = read_single(path, rate=200.0)
-    assert names(by_rate) == ["c", "Fx", "Fy", "Fz"]
+    assert channel_names(by_rate) == ["c", "Fx", "Fy", "Fz"]
     assert by_rate.demonstration.duration == pytest.approx(1.0)
     by_name = read_single(path, time="Log.c")
-    assert names(by_name) == ["Fx", "Fy", "Fz"]
+    assert channel_names(by_name) == ["Fx", "Fy", "Fz"]
     assert by_name.demonstration.duration == pytest.approx(4.0)
 
 
@@ -102,7 +98,7 @@ def test_words_are_labels_and_channels_are_chosen_by_name(tmp_path):
     rows = {row.name: row.use for row in preview(path, ReadOptions())}
     assert rows == {"Log: times": "times", "Log.fx": "signal", "Log.what": "labels"}
     both = read_single(whole_tdms(tmp_path)[0], leave_out=("Room", "Force.Fy"))
-    assert names(both) == ["Fx", "Fz"]
+    assert channel_names(both) == ["Fx", "Fz"]
 
 
 def test_channels_of_other_lengths_are_told(tmp_path):

@@ -318,6 +318,12 @@ def test_times_of_the_day_run_past_midnight():
     assert not raw.absolute
 
 
+def test_times_that_have_passed_are_read_as_pandas_writes_them():
+    raw = clock(["0 days 23:59:59.500000", "", "1 day 00:00:00", "2 days 00:00:01.25"])
+    np.testing.assert_array_equal(raw.values - raw.values[0], [0, np.nan, 0.5, 86401.75])
+    assert not raw.absolute
+
+
 def test_twelve_hours_run_past_noon_and_midnight():
     noon = clock(["11:59:59.5 AM", "", "12:00:00.25 PM", "12:59:59 pm", "1:00:00\u202fp.m."])
     np.testing.assert_array_equal(noon.values - noon.values[0], [0, np.nan, 0.75, 3599.5, 3600.5])

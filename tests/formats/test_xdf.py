@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from factories import read_single
+from factories import channel_names, read_single, rounded_segments
 
 pytest.importorskip("pyxdf")
 
@@ -10,17 +10,6 @@ from forcelab.errors import InputError
 from forcelab.formats import identify, preview
 from forcelab.formats.recording import ReadOptions
 from tests.formats.column_files import forces, whole_xdf, write_xdf, xdf_content, xdf_stream
-
-
-def names(recording):
-    return [channel.name for channel in recording.demonstration.channels]
-
-
-def labels(recording):
-    return {
-        track.author: [(round(s.start, 6), round(s.end, 6), s.action) for s in track.segments]
-        for track in recording.tracks
-    }
 
 
 def even(count, rate, start=5000.0):
@@ -126,7 +115,7 @@ def test_each_clock_is_corrected_and_the_fastest_stream_gives_the_times(tmp_path
         xdf_stream("Slow", (slow - 5000)[:, None], rate=20, stamps=own, offsets=offsets),
     )
     recording = read_single(path)
-    assert names(recording) == ["Fast", "Slow"]
+    assert channel_names(recording) == ["Fast", "Slow"]
     signals = recording.demonstration.signals
     np.testing.assert_allclose(recording.demonstration.times, fast - 5000, atol=1e-8)
     np.testing.assert_allclose(signals[:490, 1], signals[:490, 0], atol=1e-4)
@@ -137,7 +126,7 @@ def test_markers_last_until_the_next_one(tmp_path):
     stream = xdf_stream("Force", forces(300), rate=100, stamps=even(300, 100))
     told = markers("Task", (5000.5, "grab"), (5001.0, "hold"), (5002.0, "none"))
     recording = read_single(write_xdf(tmp_path / "a.xdf", stream, told))
-    assert labels(recording) == {"coder": [(0.5, 1.0, "grab"), (1.0, 2.0, "hold")]}
+    assert rounded_segments(recording) == {"coder": [(0.5, 1.0, "grab"), (1.0, 2.0, "hold")]}
     assert "Labels were read from Task: each lasts until the next one." in recording.remarks
 
 
@@ -156,7 +145,10 @@ def test_markers_last_until_the_next_one(tmp_path):
 def test_a_start_lasts_until_its_end(tmp_path, words, segments):
     stream = xdf_stream("Force", forces(300), rate=100, stamps=even(300, 100))
     told = markers("Task", *zip((5000.5, 5001.0, 5001.5, 5002.0), words, strict=True))
-    assert labels(read_single(write_xdf(tmp_path / "a.xdf", stream, told)))["coder"] == segments
+    assert (
+        rounded_segments(read_single(write_xdf(tmp_path / "a.xdf", stream, told)))["coder"]
+        == segments
+    )
 
 
 def test_markers_may_be_numbers_and_streams_of_them_are_authors(tmp_path):
@@ -164,20 +156,20 @@ def test_markers_may_be_numbers_and_streams_of_them_are_authors(tmp_path):
     numbers = markers("Trigger", (5000.0, 0), (5001.0, 0), kind="int32", samples=[[7], [8]])
     words = markers("Task", (4990.0, "rest"), (5002.0, "grab"))
     path = write_xdf(tmp_path / "a.xdf", stream, numbers, words)
-    assert labels(read_single(path)) == {
+    assert rounded_segments(read_single(path)) == {
         "coder (Trigger)": [(0.0, 1.0, "7"), (1.0, 3.0, "8")],
         "coder (Task)": [(0.0, 2.0, "rest"), (2.0, 3.0, "grab")],
     }
-    assert list(labels(read_single(path, label="Task"))) == ["coder"]
+    assert list(rounded_segments(read_single(path, label="Task"))) == ["coder"]
     with pytest.raises(InputError, match="has no events called 'Tusk'; name one of Trigger, Task"):
         read_single(path, label="Tusk")
 
 
 def test_streams_and_channels_are_chosen_by_name(tmp_path):
     first, second = whole_xdf(tmp_path)[:1] * 2
-    assert names(read_single(first)) == ["fx", "fy", "fz", "Pose 1", "Pose 2", "Pose 3"]
+    assert channel_names(read_single(first)) == ["fx", "fy", "fz", "Pose 1", "Pose 2", "Pose 3"]
     chosen = read_single(second, leave_out=("Pose", "Force.fy"))
-    assert names(chosen) == ["fx", "fz"]
+    assert channel_names(chosen) == ["fx", "fz"]
     rows = {row.name: row.use for row in preview(first, ReadOptions(leave_out=("Pose",)))}
     assert rows["Force: times"] == "times"
     assert rows["Force.fx"] == "signal"
@@ -203,7 +195,7 @@ def test_streams_of_one_name_are_told_apart(tmp_path):
         for _ in range(2)
     ]  # fmt: skip
     recording = read_single(write_xdf(tmp_path / "a.xdf", *streams))
-    assert names(recording)[::3] == ["x Force", "x Force_2"]
+    assert channel_names(recording)[::3] == ["x Force", "x Force_2"]
 
 
 def test_what_stands_behind_damage_is_left_out_or_refused(tmp_path):

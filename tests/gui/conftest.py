@@ -77,6 +77,14 @@ def answers(app, monkeypatch):
 
 
 @pytest.fixture
+def chosen_picture(monkeypatch):
+    """Choose where pictures are saved."""
+    return lambda path: monkeypatch.setattr(
+        "forcelab.gui.file_dialogs.ask_picture", lambda *_: path
+    )
+
+
+@pytest.fixture
 def hovered(app):
     """What a tooltip says where the mouse rests on a control, or on an entry of a menu."""
     from PySide6.QtCore import QEvent

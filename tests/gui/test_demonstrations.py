@@ -588,7 +588,7 @@ def test_a_further_video_is_added_and_one_of_several_replaced(
         label.text() for label in removal_of([row(listing, "pen-10")], "anna").findChildren(QLabel)
     )
     assert "its videos 'video 1', 'left'" in text
-    monkeypatch.setattr(demonstration_menu, "ask", lambda *words, **_: words[4][0])
+    monkeypatch.setattr(demonstration_menu, "confirm", lambda *_: True)
     (removing,) = [entry.menu() for text, entry in menu().items() if text == "Remove video"]
     removing.actions()[0].trigger()
     assert list(contents()) == ["left"]

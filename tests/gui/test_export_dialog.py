@@ -32,71 +32,88 @@ def document(app, tmp_path):
 
 
 @pytest.fixture
-def dialog(document):
+def open_dialog(document):
+    """Open the dialog while the first so many demonstrations are listed, by default all."""
     window = QWidget()
     jobs = Jobs(window)
-    dialog = ExportDialog(document, jobs, [info.id for info in document.infos], window)
-    dialog.author.setCurrentIndex(0)
-    dialog.format.setCurrentIndex(dialog.format.findData("csv"))
-    yield dialog
-    dialog.reject()
+
+    def opened(shown=None):
+        return ExportDialog(document, jobs, [info.id for info in document.infos][:shown], window)
+
+    yield opened
     jobs.close()
     window.deleteLater()
+
+
+@pytest.fixture
+def dialog(open_dialog):
+    dialog = open_dialog()
+    dialog.author.setCurrentIndex(0)
+    choose_format(dialog, "csv")
+    return dialog
+
+
+@pytest.fixture
+def export(until):
+    """Export into a folder; gives the folder."""
+
+    def exported(dialog, folder):
+        dialog.export(folder)
+        until(dialog.go.isEnabled)
+        return folder
+
+    return exported
+
+
+def choose_format(dialog, name):
+    dialog.format.setCurrentIndex(dialog.format.findData(name))
 
 
 def written(folder):
     return {path.name: path.read_text() for path in folder.iterdir()}
 
 
-def test_the_open_demonstration_or_all_that_are_shown(dialog, document, tmp_path, until):
+def test_the_open_demonstration_or_all_that_are_shown(dialog, document, tmp_path, export):
     document.open_demonstration(document.infos[0].id)
     assert dialog.which.currentText() == "All in the list (2)"  # what is wanted most
     dialog.which.setCurrentIndex(0)
-    dialog.export(tmp_path / "one")
-    until(dialog.go.isEnabled)
-    [(name, text)] = written(tmp_path / "one").items()
+    [(name, text)] = written(export(dialog, tmp_path / "one")).items()
     assert document.demonstration.name in name
     assert f"grab,{document.author}" in text
     assert "grab,Zoe" in text
     dialog.which.setCurrentIndex(1)
-    dialog.format.setCurrentIndex(dialog.format.findData("audacity"))
-    dialog.export(tmp_path / "all")
-    until(dialog.go.isEnabled)
-    assert len(written(tmp_path / "all")) == 2 * len(document.infos)
+    choose_format(dialog, "audacity")
+    assert len(written(export(dialog, tmp_path / "all"))) == 2 * len(document.infos)
 
 
-def test_it_is_told_how_many_of_all_have_no_labels(dialog, document, tmp_path, until):
+def test_it_is_told_how_many_of_all_have_no_labels(dialog, document, tmp_path, export, open_dialog):
     dialog.which.setCurrentIndex(dialog.which.findText("All", Qt.MatchFlag.MatchStartsWith))
-    dialog.export(tmp_path / "full")
-    until(dialog.go.isEnabled)
+    export(dialog, tmp_path / "full")
     assert not any("no labels" in label.text() for label in dialog.findChildren(QLabel))
     times, channels = np.arange(9) / 100, (Channel("fz1", "N"),)
     bare = Demonstration("bare", "stylus", times, np.zeros((9, 1)), channels)
     document.project.demonstrations.add(bare)
     document.reread()
-    other = ExportDialog(document, dialog._jobs, [info.id for info in document.infos])
+    other = open_dialog()
     authors = [other.author.itemText(i) for i in range(other.author.count())]
     assert authors == ["All coders", document.author, "Zoe"]
     other.author.setCurrentIndex(0)
     other.which.setCurrentIndex(other.which.findText("All", Qt.MatchFlag.MatchStartsWith))
-    other.export(tmp_path / "all")
-    until(other.go.isEnabled)
+    export(other, tmp_path / "all")
     told = "\n1 demonstration has no labels yet."
     assert any(label.text().endswith(told) for label in other.findChildren(QLabel))
     other.author.setCurrentIndex(other.author.findText("Zoe"))
-    other.export(tmp_path / "hers")
-    until(other.go.isEnabled)
+    export(other, tmp_path / "hers")
     assert "1 demonstration has no labels by Zoe yet." in other._report_label.text()
     texts = written(tmp_path / "hers").values()
     assert all("Zoe" in text and document.author not in text for text in texts)
-    other.reject()
-    other.deleteLater()
 
 
-def test_the_whole_project_is_offered_beside_what_a_search_has_left(document, tmp_path, until):
+def test_the_whole_project_is_offered_beside_what_a_search_has_left(
+    document, tmp_path, export, open_dialog
+):
     document.open_demonstration(document.infos[0].id)
-    jobs, ids = Jobs(), [info.id for info in document.infos]
-    searched, vain, all_ = (ExportDialog(document, jobs, ids[:n]) for n in (1, 0, None))
+    searched, vain, all_ = map(open_dialog, (1, 0, None))
     offered = [
         [dialog.which.itemText(i) for i in range(dialog.which.count())]
         for dialog in (searched, vain)
@@ -105,36 +122,26 @@ def test_the_whole_project_is_offered_beside_what_a_search_has_left(document, tm
     assert offered[1][1:] == ["The whole project (2)"]
     assert all_.which.count() == 2
     searched.which.setCurrentIndex(2)
-    searched.format.setCurrentIndex(searched.format.findData("csv"))
-    searched.export(tmp_path / "all")
-    until(searched.go.isEnabled)
-    assert len(written(tmp_path / "all")) == len(ids)
-    for dialog in (searched, vain, all_):
-        dialog.reject()
-        dialog.deleteLater()
-    jobs.close()
+    choose_format(searched, "csv")
+    assert len(written(export(searched, tmp_path / "all"))) == len(document.infos)
 
 
-def test_a_blind_coder_exports_only_what_is_not_hidden(dialog, document, tmp_path, until):
+def test_a_blind_coder_exports_only_what_is_not_hidden(dialog, document, tmp_path, export):
     document.project.coding.assign(document.infos[0].id, document.author)
     dialog.which.setCurrentIndex(0)
-    dialog.export(tmp_path / "blind")
-    until(dialog.go.isEnabled)
-    [text] = written(tmp_path / "blind").values()
+    [text] = written(export(dialog, tmp_path / "blind")).values()
     assert "Zoe" not in text
-    dialog.format.setCurrentIndex(dialog.format.findData("archive"))
-    dialog.export(tmp_path / "archive")
-    until(dialog.go.isEnabled)
+    choose_format(dialog, "archive")
+    export(dialog, tmp_path / "archive")
     assert "hidden from" in dialog._report_label.text()
     assert not (tmp_path / "archive").exists()
 
 
-def test_files_that_are_there_are_replaced_only_on_demand(dialog, tmp_path, until):
+def test_files_that_are_there_are_replaced_only_on_demand(dialog, tmp_path, export):
     how = dialog.replacing.text().lower()  # the refusal names the box to tick
     for replacing, messages in ((False, "Written"), (False, how), (True, "Written")):
         dialog.replacing.setChecked(replacing)
-        dialog.export(tmp_path / "out")
-        until(dialog.go.isEnabled)
+        export(dialog, tmp_path / "out")
         assert messages in dialog._report_label.text()
 
 
@@ -153,52 +160,41 @@ def test_recent_projects_are_opened_from_the_menu(app, tmp_path):
 
 
 def test_it_begins_with_the_own_labels_as_one_table_and_then_with_the_last_format(
-    dialog, document, tmp_path, until
+    document, tmp_path, export, open_dialog
 ):
-    shown = [info.id for info in document.infos]
-    first = ExportDialog(document, dialog._jobs, shown)
+    first = open_dialog()
     assert (first.author.currentText(), first.format.currentData()) == (document.author, "table")
-    first.format.setCurrentIndex(first.format.findData("textgrid"))
-    first.export(tmp_path)
-    until(first.go.isEnabled)
+    choose_format(first, "textgrid")
+    export(first, tmp_path)
     assert first._report_label.text().startswith("Written: ")
-    first.format.setCurrentIndex(first.format.findData("archive"))
+    choose_format(first, "archive")
     assert first._report_label.text() == ""  # what was written is no archive
-    second = ExportDialog(document, dialog._jobs, shown)
-    assert second.format.currentData() == "textgrid"
-    for other in (first, second):
-        other.reject()
-        other.deleteLater()
+    assert open_dialog().format.currentData() == "textgrid"
 
 
 def test_models_are_named_where_they_have_tracks_and_predictions_where_a_format_holds_them(
-    dialog, document
+    dialog, document, open_dialog
 ):
     for name, format_ in FORMATS.items():
-        dialog.format.setCurrentIndex(dialog.format.findData(name))
+        choose_format(dialog, name)
         assert ("predictions" in format_.label) == format_.predictions
         assert ("and predictions" in dialog.author.itemText(0)) == format_.predictions
         assert ("(no predictions)" in dialog.author.itemText(1)) == format_.predictions
     first = document.infos[0].id
     document.project.tracks.edit(first, "model live", (), GRAB, "predicted", kind="predict")
     document.reread()
-    other = ExportDialog(document, dialog._jobs, [first])
-    assert other.author.itemText(0) == "All coders and models"
-    other.reject()
-    other.deleteLater()
+    assert open_dialog(1).author.itemText(0) == "All coders and models"
 
 
-def test_labels_go_into_the_dataset_that_was_imported(dialog, tmp_path, until):
+def test_labels_go_into_the_dataset_that_was_imported(dialog, tmp_path, export):
     pytest.importorskip("pyarrow")
-    dialog.format.setCurrentIndex(dialog.format.findData("lerobot"))
+    choose_format(dialog, "lerobot")
     assert dialog.go.text() == "Write into dataset…"
     assert not dialog.replacing.isEnabled()
-    dialog.export(tmp_path / "none")
-    until(dialog.go.isEnabled)
+    export(dialog, tmp_path / "none")
     assert "a frame has one subtask; choose one of them (Labels by)" in dialog._report_label.text()
     dialog.author.setCurrentIndex(1)
-    dialog.export(tmp_path / "none")
-    until(dialog.go.isEnabled)
+    export(dialog, tmp_path / "none")
     assert "is no LeRobot dataset" in dialog._report_label.text()
 
 

@@ -12,9 +12,10 @@ from factories import (
     perform_grips,
     render_placeholder,
 )
-from PySide6.QtCore import QPoint, Qt, QTimer
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QCommandLinkButton, QLineEdit
+from PySide6.QtWidgets import QCommandLinkButton, QLineEdit
 from window_helpers import answer_dialog, named
 
 from forcelab.gui import settings
@@ -223,9 +224,17 @@ def recordings(tmp_path, monkeypatch):
     return folder
 
 
-def in_dialog(window, use):
-    """Press the button for one's own recordings, and do something with the dialog."""
-    answer_dialog(window, ImportDialog, lambda: click(way(window, "Label your own")), use)
+def in_dialog(window, use, menu=False):
+    """Ask for one's own recordings by button or `menu`, and do something with the dialog."""
+
+    def ask():
+        if menu:
+            actions = window.findChildren(QAction)
+            next(a for a in actions if a.text().startswith("Import demonstrations")).trigger()
+        else:
+            click(way(window, "Label your own"))
+
+    answer_dialog(window, ImportDialog, ask, use)
 
 
 def test_ten_own_recordings_are_in_a_new_project_after_six_actions(start_page, recordings, until):
@@ -257,7 +266,10 @@ def test_ten_own_recordings_are_in_a_new_project_after_six_actions(start_page, r
     assert not start_page.review.trainer.training
 
 
-def test_name_and_place_of_the_new_project_can_be_changed(start_page, recordings, tmp_path, until):
+@pytest.mark.parametrize("menu", [True, False], ids=["menu", "button"])
+def test_name_and_place_of_the_new_project_can_be_changed(
+    start_page, recordings, tmp_path, until, menu
+):
     (tmp_path / "mine").mkdir()
     (recordings / "pulls.forcelab").mkdir()  # then another name is proposed
 
@@ -272,7 +284,7 @@ def test_name_and_place_of_the_new_project_can_be_changed(start_page, recordings
         click(dialog._go)
         until(lambda: start_page.document.id)
 
-    in_dialog(start_page, use)
+    in_dialog(start_page, use, menu)
     assert start_page.document.project.path == tmp_path / "mine" / "first.forcelab"
 
 
@@ -299,16 +311,14 @@ def test_nothing_is_made_where_nothing_is_imported(start_page, recordings, until
     assert hint(start_page) == ""
 
 
-def test_what_is_dropped_on_the_page_goes_the_same_way(start_page, recordings, until):
-    proposed = []
-
-    def answer():
-        dialog = QApplication.activeModalWidget()
-        proposed.append(dialog.project_name.text())
-        dialog.reject()
-
-    QTimer.singleShot(0, start_page, answer)
-    start_page.opening.ask_import(tuple(recordings.iterdir()))
+def test_what_is_dropped_on_the_page_goes_the_same_way(start_page, recordings):
+    proposed, files = [], tuple(recordings.iterdir())
+    answer_dialog(
+        start_page,
+        ImportDialog,
+        lambda: start_page.opening.ask_import(files),
+        lambda dialog: proposed.append(dialog.project_name.text()),
+    )
     assert proposed == ["pulls.forcelab"]
     assert start_page.document.project is None
 

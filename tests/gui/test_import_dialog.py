@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.io
+import shiboken6
 from factories import cached_project, foam_demonstration, numbered_frame
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
@@ -21,7 +22,7 @@ from PySide6.QtWidgets import (
     QPushButton,
     QScrollArea,
 )
-from window_helpers import named
+from window_helpers import named, status_messages
 
 from forcelab.demonstration import Channel
 from forcelab.formats.export import exporting
@@ -32,7 +33,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.import_dialog import ImportDialog
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.key_events import guard_typing
-from forcelab.jobs import finish
+from forcelab.jobs import Progress, finish
 from forcelab.project import Project
 from forcelab.resources import asset
 from tests.formats.array_files import CODES, FORCES, SAMPLES, TIMES, write_npz
@@ -186,6 +187,63 @@ def test_an_import_that_is_cancelled_once_it_is_written_is_reported(
     until(lambda: report(dialog))
     assert report(dialog).startswith("1 demonstration imported.")
     assert document.demonstration.name == "foam-01"
+
+
+@pytest.mark.parametrize("new", [True, False], ids=["a new project", "the open one"])
+@pytest.mark.parametrize("late", [True, False], ids=["once it is written", "half way"])
+def test_closing_the_dialog_cancels_an_import_and_shows_what_was_written_before(
+    document, until, tmp_path, monkeypatch, new, late
+):
+    reached, closed, ended = threading.Event(), threading.Event(), threading.Event()
+
+    def importing_until_closed(*given):
+        steps = importing(*given)
+        yield next(steps)
+        if not late:
+            reached.set()
+            assert closed.wait(60)
+        yield Progress(1, 2, "shown in no dialog any more")
+        result = yield from steps
+        reached.set()
+        assert closed.wait(60)
+        return result
+
+    def steps_of(*given):
+        try:
+            return (yield from importing_until_closed(*given))
+        finally:
+            ended.set()
+
+    def open_project(path):
+        document.open_project(path)
+        return True
+
+    monkeypatch.setattr(import_dialog, "importing", steps_of)
+    copy = tmp_path / "recordings" / FOAM.name
+    copy.parent.mkdir()
+    copy.write_bytes(FOAM.read_bytes())
+    if new:
+        document.close()
+    messages = status_messages(document)
+    jobs = PreviewingAtOnce()
+    dialog = ImportDialog(document, jobs, files=[copy], open_project=open_project)
+    dialog.show()
+    QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
+    until(reached.is_set)
+    dialog.close()
+    shiboken6.delete(dialog)
+    closed.set()
+    until(lambda: ended.is_set() and not jobs.awaits("import"))
+    project = copy.parent / "recordings.forcelab" if new else document.project.path
+    if late:
+        assert document.demonstration.name == "foam-01"
+        assert document.project.path == project
+        text = f"{project.name}: 1 demonstration imported. It was too late to cancel."
+        assert messages == [(text, False)]
+    else:
+        assert (document.id, messages) == ("", [])
+        assert not new or (document.project is None and list(copy.parent.iterdir()) == [copy])
+    jobs.close()
 
 
 def test_delete_leaves_a_file_out_and_the_first_import_is_opened(document, dialog, until):
@@ -476,7 +534,7 @@ def read_as(dialog):
 
 def choose(dialog, name, use):
     row = [column.name for column in dialog.columns.uses].index(name)
-    box = dialog.columns.table.cellWidget(row, 2).findChild(QComboBox)
+    box = dialog.columns.table.cellWidget(row, import_dialog._USE).findChild(QComboBox)
     box.setCurrentIndex(box.findData(use))
     box.activated.emit(box.currentIndex())
 
@@ -484,7 +542,7 @@ def choose(dialog, name, use):
 def test_the_choices_do_not_touch(german, app):
     table = german.columns.table
     app.processEvents()
-    boxes = [table.cellWidget(row, 2).findChild(QComboBox) for row in range(3)]
+    boxes = [table.cellWidget(row, import_dialog._USE).findChild(QComboBox) for row in range(3)]
     tops = [box.mapTo(table, box.rect().topLeft()).y() for box in boxes]
     assert min(b - a - boxes[0].height() for a, b in pairwise(tops)) >= 4
 
@@ -530,9 +588,9 @@ def test_a_counter_can_be_made_a_signal_and_a_signal_be_left_out(document, germa
 def units_asked(dialog):
     """The fields for units, by the columns' names; none while the column is hidden."""
     table, columns = dialog.columns.table, dialog.columns.uses
-    if table.isColumnHidden(4):
+    if table.isColumnHidden(import_dialog._UNIT):
         return {}
-    cells = {column.name: table.cellWidget(row, 4) for row, column in enumerate(columns)}
+    cells = {c.name: table.cellWidget(row, import_dialog._UNIT) for row, c in enumerate(columns)}
     return {name: cell.findChild(QLineEdit) for name, cell in cells.items() if cell is not None}
 
 
@@ -668,12 +726,20 @@ def test_of_very_many_columns_the_first_are_shown(open_on, tmp_path, monkeypatch
     assert "wide.csv (the first 3 of 9)" in columns.heading.text()
 
 
+def test_the_name_of_a_file_is_no_markup(open_on, tmp_path):
+    path = tmp_path / "<h1>pull.csv"
+    path.write_text("t,fx\n" + "".join(f"{row / 50},{row % 9}\n" for row in range(99)))
+    columns = open_on(path).columns
+    assert "<h1>pull.csv" in columns.heading.text()
+    assert columns.heading.height() < 2 * columns.heading.fontMetrics().height()
+
+
 def test_what_is_in_a_file_of_arrays_is_shown_as_a_tree(open_on, tmp_path):
     dialog = open_on(write_fold(tmp_path / "a.npz"))
     dialog.resize(680, 560)  # too low for all of its rows
     table = dialog.columns.table
     rows = [
-        [item.text().strip() if (item := table.item(row, place)) else "" for place in (0, 3)]
+        [item.text().strip() if (item := table.item(row, place)) else "" for place in (0, 1)]
         for row in range(table.rowCount())
     ]
     assert rows == [

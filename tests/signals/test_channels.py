@@ -79,6 +79,12 @@ def test_the_sensor_may_stand_before_the_axis(mark):
     assert channel_map(named(*names), names).names == tuple(names)
 
 
+def test_forces_are_known_in_german_too():
+    names = [f"Kraft {axis}" for axis in "XYZ"]
+    assert channel_map(named(*names)).names == ("tangential", "normal")
+    assert channel_map(named(*names), names).names == tuple(names)
+
+
 def test_three_sensors_give_three_magnitudes_then_three_normals():
     names = [f"f{axis}{sensor}" for sensor in "abc" for axis in "xyz"]
     found = channel_map(named(*names))

@@ -14,13 +14,16 @@ import argparse
 import shlex
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from forcelab.capture.device_names import quote_value
+from forcelab.capture.optoforce import speed_code
 from forcelab.capture.replay import Board, Replay, Sensor, extract_board, extract_sensors
 from forcelab.cli.interrupts import interruptible
 from forcelab.cli.options import UsageError, add_demonstration, add_json, add_project
 from forcelab.cli.output import json_text, printable
+from forcelab.errors import InputError
 from forcelab.formats.calibration import read_calibrations
 from forcelab.project import Project
 from forcelab.resources import asset
@@ -73,6 +76,9 @@ def run(arguments: argparse.Namespace) -> None:
     else:
         parts = extract_sensors(demonstration, read_calibrations(calibration))
         behind = f"?calibration={quote_value(str(calibration))}"
+        with suppress(InputError):  # of a rate that no DAQ has
+            code = speed_code(demonstration.rate * arguments.speed)
+            behind += f"&rate={1000 / code:.5g}" if code > 1 else ""
     replay = Replay(demonstration, parts, speed=arguments.speed, lead=arguments.lead)
     with interruptible(), replay:
         devices = [f"{arguments.kind}:{quote_value(port)}{behind}" for port in replay.ports]

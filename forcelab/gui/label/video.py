@@ -221,11 +221,6 @@ class VideoPanel(PictureView):
         return has_index and (right or self._missing[0] == self._requested)
 
     @property
-    def prepared(self) -> bool:
-        """Whether a jump shows its frame at once: in small, until the frame itself is decoded."""
-        return self._frames is not None and self._frames.prepared
-
-    @property
     def caption(self) -> str:
         times, reference = self._times, self._reference
         name = [reference.name] if reference is not None and self._selection.beside else []
@@ -243,10 +238,8 @@ class VideoPanel(PictureView):
     @property
     def message(self) -> str:
         reference = self._reference
-        if self._trouble:
-            return self._trouble
         if self.failed:
-            return self._missing[1]
+            return self._trouble or self._missing[1]
         if self._times is not None and reference is not None and self._requested < 0:
             start = float(reference.clock.to_force(self._times[0]))
             return f"The video begins at {start:.3f} s"

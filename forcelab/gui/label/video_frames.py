@@ -171,7 +171,7 @@ class FrameThread:
 
     @property
     def prepared(self) -> bool:
-        """Whether all sketches are made."""
+        """Whether every frame that is slow to reach has a sketch, as far as there is room."""
         return self._sketches is not None and self._sketching is None
 
     def _sketch(self) -> bool:
@@ -318,11 +318,6 @@ class VideoFrames(QObject):
     def fitted(self, number: int) -> QImage | None:
         """The picture of a frame in the requested size, if it is ready."""
         return None if self._decoder is None else self._decoder.fitted(number)
-
-    @property
-    def prepared(self) -> bool:
-        """Whether every frame that is slow to reach has a sketch, as far as there is room."""
-        return self._decoder is not None and self._decoder.prepared
 
     def close(self, patience: float = STOP_TIMEOUT) -> bool:
         """Close the video; gives whether no thread is left after at most `patience` seconds."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import cast
 
 import numpy as np
@@ -48,7 +47,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.figures import text
 from forcelab.gui.figures.confusion import MATRIX, ConfusionMatrix
 from forcelab.gui.figures.figure import LIGHT, Figure
-from forcelab.gui.file_dialogs import ask_picture, save_picture
+from forcelab.gui.file_dialogs import export_picture
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable, as_tsv, copy_text
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.kit import text_size
@@ -476,14 +475,9 @@ class ConfusionView(QWidget):
         self.document.show_message("The matrix was copied.")
 
     def ask_save(self) -> None:
-        title = "Save the confusion matrix"
-        if (chosen := ask_picture(self, title, "confusion.svg")) is not None:
-            self.save(chosen)
-
-    def save(self, path: Path) -> None:
-        """Write the matrix in the background, in the format that the suffix names."""
+        title, name = "Save the confusion matrix", "confusion.svg"
         if (figure := self.figure) is not None:
-            save_picture(figure, path, self.document, self._jobs)
+            export_picture(figure, self, title, name, self.document, self._jobs)
 
     # Qt
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import replace
-from pathlib import Path
 
 from PySide6.QtCore import QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QColor, QPainter, QPaintEvent, QResizeEvent, QShowEvent
@@ -26,7 +25,7 @@ from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis, draw_bottom
 from forcelab.gui.figures.pairs import TimelinePairs
 from forcelab.gui.figures.tracks import LabelStyle, Legend, styles_in_order
-from forcelab.gui.file_dialogs import ask_picture, save_picture
+from forcelab.gui.file_dialogs import export_picture
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.kit import text_size
 from forcelab.gui.layout import PageOrPlaceholder, page_layout, search_field
@@ -322,17 +321,11 @@ class PairsView(QWidget):
         )
 
     def export(self) -> None:
-        chosen = ask_picture(self, "Export timeline pairs", SUGGESTED_FILE)
-        if chosen is not None:
-            self.export_to(chosen)
-
-    def export_to(self, path: Path) -> None:
-        """Save the pairs in the background."""
-        figure = self.figure()
+        figure, title = self.figure(), "Export timeline pairs"
         if figure is None:
             self.document.show_message("There is no timeline pair to save.", True)
         else:
-            save_picture(figure, path, self.document, self._jobs)
+            export_picture(figure, self, title, SUGGESTED_FILE, self.document, self._jobs)
 
     # Inside
 

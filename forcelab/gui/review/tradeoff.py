@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QPushButton, QS
 
 from forcelab.errors import ForcelabError
 from forcelab.gui.figures.tradeoff import Tradeoff
-from forcelab.gui.file_dialogs import ask_picture, save_picture
+from forcelab.gui.file_dialogs import export_picture
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable
 from forcelab.gui.layout import (
     PageOrPlaceholder,
@@ -518,18 +518,14 @@ class TradeoffView(QWidget):
         self._split.setSizes([1000 * share for share in SHARES])
 
     def ask_save(self) -> None:
-        path = ask_picture(self, "Save accuracy and speed", "tradeoff.svg")
-        if path is not None:
-            self.save_picture(path)
-
-    def save_picture(self, path: Path) -> None:
-        """Save the plot with these axes in the background, in the format that the suffix names."""
+        """Save the plot with these axes."""
         controller = self.controller
         if self._drawn:
             error, time = ERRORS[self.error.currentIndex()], TIMES[self.time.currentIndex()]
             title = f"Accuracy and speed: {task_text(controller.task)}"
-            table = Table(title, error.title, time.title, tuple(self._drawn.values()))
-            save_picture(Tradeoff(table), path, controller.document, controller.trainer.jobs)
+            figure = Tradeoff(Table(title, error.title, time.title, tuple(self._drawn.values())))
+            asked = self, "Save accuracy and speed", "tradeoff.svg"
+            export_picture(figure, *asked, controller.document, controller.trainer.jobs)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)

@@ -433,7 +433,7 @@ def test_a_video_that_was_left_keeps_no_pictures_and_one_that_was_deleted_ends(a
     assert decoder._sketches is None
     frames.open(video)
     decoder = frames._decoder
-    wait(lambda: frames.prepared)  # from then on it waits for a request
+    wait(lambda: decoder.prepared)  # from then on it waits for a request
     shiboken6.delete(frames)
     wait(lambda: not decoder.thread.is_alive())
 

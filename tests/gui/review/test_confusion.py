@@ -169,13 +169,15 @@ def test_the_menu_of_the_matrix_copies_it_with_its_title(view):
 
 
 def test_the_matrix_is_saved_as_a_figure_and_a_wrong_suffix_is_told(
-    view, document, until, tmp_path, messages
+    view, document, until, tmp_path, messages, chosen_picture
 ):
-    view.save(tmp_path / "matrix.pdf")
+    chosen_picture(tmp_path / "matrix.pdf")
+    view.ask_save()
     until(lambda: messages)
     assert messages == [("Saved 'matrix.pdf'.", False)]
     assert (tmp_path / "matrix.pdf").read_bytes().startswith(b"%PDF")
-    view.save(tmp_path / "matrix.doc")
+    chosen_picture(tmp_path / "matrix.doc")
+    view.ask_save()
     until(lambda: len(messages) > 1)
     assert messages[-1] == (
         "A figure is saved as .svg, .pdf or .png, not as 'matrix.doc'; change the suffix.",

@@ -587,18 +587,20 @@ def test_the_export_has_the_pairs_that_are_shown(shown):
 
 
 def test_the_export_goes_on_in_the_background_and_says_when_it_is_done(
-    shown, study, until, tmp_path
+    shown, study, until, tmp_path, chosen_picture
 ):
     view, messages = shown(), status_messages(study)
-    view.export_to(tmp_path / "pairs.svg")
+    chosen_picture(tmp_path / "pairs.svg")
+    view.export()
     until(lambda: messages)
     assert messages == [("Saved 'pairs.svg'.", False)]
     assert (tmp_path / "pairs.svg").stat().st_size > 1000
-    view.export_to(tmp_path / "none" / "pairs.svg")
+    chosen_picture(tmp_path / "none" / "pairs.svg")
+    view.export()
     until(lambda: len(messages) == 2)
     assert messages[1][1]
     view.tools.search.setText("nothing like it")
-    view.export_to(tmp_path / "pairs.svg")
+    view.export()
     assert "no timeline pair" in messages[2][0]
 
 
