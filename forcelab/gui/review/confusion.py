@@ -61,7 +61,7 @@ from forcelab.gui.layout import (
     scroll_area,
     sentence_label,
 )
-from forcelab.gui.review.reviewed_run import visible_run
+from forcelab.gui.review.reviewed_run import on_visible_run_changed, visible_run
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import ARROW_STEPS, ENTER_KEYS, combo_box, is_plain
 from forcelab.labels import Interval
@@ -420,9 +420,7 @@ class ConfusionView(QWidget):
         self.switches.changed.connect(self._changed)
         self.canvas.pointed.connect(self._describe_cell)
         self.canvas.picked.connect(self._pick)
-        document.review.run_changed.connect(self._refresh)
-        document.author_changed.connect(self._refresh)
-        document.listing_changed.connect(self._refresh)
+        on_visible_run_changed(document, self._refresh)
         themes().changed.connect(self._draw)
 
     @property

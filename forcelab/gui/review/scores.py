@@ -30,7 +30,7 @@ from forcelab.gui.review.metrics import (
     Metric,
     reliability_text,
 )
-from forcelab.gui.review.reviewed_run import untested_text, visible_run
+from forcelab.gui.review.reviewed_run import on_visible_run_changed, untested_text, visible_run
 from forcelab.gui.widgets import combo_box
 from forcelab.jobs import Progress
 from forcelab.recognition.intervals import METHOD, Intervals, score_intervals
@@ -106,9 +106,7 @@ class ScoresView(QWidget):
         self._lay_out()
         self.which.currentIndexChanged.connect(self._unsort)
         self.table.clicked.connect(self._open)
-        document.review.run_changed.connect(self._refresh)
-        document.author_changed.connect(self._refresh)
-        document.listing_changed.connect(self._refresh)
+        on_visible_run_changed(document, self._refresh)
 
     @property
     def metrics(self) -> tuple[Metric, ...]:

@@ -107,8 +107,8 @@ class ReviewTab(QWidget):
             "previous_review": lambda: self.workspace.queue.step(-1),
             "accept": document.review.accept_here,
             "accept_all": document.review.accept_in_view,
-            "undo": self._undo,
-            "redo": self._redo,
+            "undo": partial(self._revert, "undo"),
+            "redo": partial(self._revert, "redo"),
             "verdict_human": lambda: self.workspace.queue.judge("human"),
             "verdict_model": lambda: self.workspace.queue.judge("model"),
             "verdict_ambiguous": lambda: self.workspace.queue.judge("ambiguous"),
@@ -143,18 +143,15 @@ class ReviewTab(QWidget):
             return ""
         return "" if some else f"There is nothing to {kind}."
 
-    def _undo(self) -> None:
-        """Undo the latest verdict or edit; verdicts are given by keys in any workspace."""
-        if self._built is None:
-            self.document.editor.undo_everywhere()
+    def _revert(self, kind: Literal["undo", "redo"]) -> None:
+        """Undo or redo the latest verdict or edit; verdicts are given by keys in any workspace."""
+        editor = self.document.editor
+        if self._built is not None:
+            self._built.queue.revert(kind)
+        elif kind == "undo":
+            editor.undo_everywhere()
         else:
-            self._built.queue.undo()
-
-    def _redo(self) -> None:
-        if self._built is None:
-            self.document.editor.redo_everywhere()
-        else:
-            self._built.queue.redo()
+            editor.redo_everywhere()
 
 
 def _warm_up() -> Generator[None, None, None]:
