@@ -353,7 +353,10 @@ def _find_media(observation: _ReadObservation, content: JsonValue) -> None:
     """The media of an observation of a project: one after the other in each player."""
     information = content.member("media_info")
     lengths = information.member("length")
-    for player, files in content.member("file").members():
+    media = content.member("file")
+    if media.value == []:
+        return  # a live observation of BORIS 7
+    for player, files in media.members():
         names = [file.text() for file in files.items()]
         offset = information.member("offset").member(player).number(0.0)
         known = [(name, lengths.member(name).number(0.0)) for name in names]

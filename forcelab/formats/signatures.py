@@ -48,6 +48,7 @@ _STARTS: Final[tuple[tuple[bytes, str], ...]] = (
     (b"\x28\xb5\x2f\xfd", "a Zstandard file, which must be unpacked first"),
     (b"\x7fELF", "a program"),
     (b"PK\x05\x06", "an empty zip file"),
+    (b"version https://git-lfs.", "a pointer of Git LFS (git lfs pull fetches the file)"),
     (b"<?xml", "an XML document"),
     (b"<!DOCTYPE html", "a web page"),
     (b"<html", "a web page"),

@@ -265,6 +265,20 @@ class YieldingSplitter(QSplitter):
             self._filled = self.saveState()
 
 
+def fill_splitter(splitter: QSplitter, parts: Sequence[QWidget], shares: Sequence[int]) -> None:
+    """Put parts into a splitter, each with its share of any room; none can be dragged away."""
+    splitter.setChildrenCollapsible(False)
+    for i, (part, share) in enumerate(zip(parts, shares, strict=True)):
+        splitter.addWidget(part)
+        splitter.setStretchFactor(i, share)
+    set_shares(splitter, shares)
+
+
+def set_shares(splitter: QSplitter, shares: Sequence[int]) -> None:
+    """Give each part its share, however large the splitter is."""
+    splitter.setSizes([1000 * share for share in shares])
+
+
 class PageOrPlaceholder(QStackedWidget):
     """A page, or a text (`note`) in its place where there is nothing to show."""
 

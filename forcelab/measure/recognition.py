@@ -7,9 +7,7 @@ Trade-off page stores what it measured as a run of the project.
 
 from __future__ import annotations
 
-import gc
 import time
-import tracemalloc
 from collections import Counter
 from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
@@ -17,7 +15,7 @@ from dataclasses import asdict, dataclass, field, replace
 from datetime import datetime
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -26,6 +24,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.labels import is_model
 from forcelab.measure.rows import Row, Table, with_front
+from forcelab.measure.timing import measure_peak, measure_seconds
 from forcelab.parallel import share_work
 from forcelab.process import interruptible
 from forcelab.project import LabelsUsed, Project, Provenance, StoredRun
@@ -46,8 +45,6 @@ from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples
 from forcelab.resources import versions
 from forcelab.text import there_are
-
-ResultT = TypeVar("ResultT")
 
 #: What the columns of the table hold.
 ERROR, SECONDS = "1 - F1@50", "recognition (CPU s per min)"
@@ -190,23 +187,6 @@ def reference_text(demonstrations: int, groups: int) -> str:
     if groups < demonstrations:
         turns = f"left out in {groups} groups in turn"
     return f"the coder's labels of {demonstrations} demonstrations, {turns}"
-
-
-def measure_seconds(make: Callable[[], ResultT]) -> tuple[ResultT, float]:
-    """A result, and the CPU seconds that it took."""
-    began = time.process_time()
-    result = make()
-    return result, time.process_time() - began
-
-
-def measure_peak(make: Callable[[], ResultT]) -> tuple[ResultT, int]:
-    """A result, and the most memory in bytes that was held at once."""
-    gc.collect()
-    tracemalloc.start()
-    try:
-        return make(), tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
 
 
 def median_and_spread(seconds: Sequence[float]) -> tuple[float, float]:

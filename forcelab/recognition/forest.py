@@ -196,7 +196,14 @@ class Forest:
             "a row a leaf",
         )
         require((forest.leaf < len(forest.value)).all(), "leaves that say values")
-        forest._check_values(classes)
+        require(forest.value.ndim == 2, "values of each action")
+        require_numbers(forest.value, (len(forest.value), classes))
+        require_numbers(forest.base, (classes,))
+        require(type(forest.boosted) is bool, "sums of one kind")
+        if not forest.boosted:
+            shares = forest.value
+            require((shares >= 0).all() and (shares.sum(axis=1) > 0).all(), "shares at leaves")
+            require((forest.base == 0).all(), "shares at its leaves alone")
         return forest
 
     @classmethod
@@ -220,20 +227,7 @@ class Forest:
         feature, threshold, value = plain["feature"], plain["threshold"], plain["value"]
         require(((feature >= -1) & (feature < width)).all(), "nodes that ask for features")
         forest = cls._small(feature, threshold[~leaf], value[leaf], plain["base"], plain["boosted"])
-        forest._check_values(classes)
-        return forest
-
-    def _check_values(self, classes: int) -> None:
-        """Raise unless leaves have values of each action."""
-        require(self.value.ndim == 2, "values of each action")
-        require_numbers(self.value, (len(self.value), classes))
-        require_numbers(self.base, (classes,))
-        require(type(self.boosted) is bool, "sums of one kind")
-        if not self.boosted:
-            require(
-                (self.value >= 0).all() and (self.value.sum(axis=1) > 0).all(), "shares at leaves"
-            )
-            require((self.base == 0).all(), "shares at its leaves alone")
+        return cls.from_plain(forest.plain(), width, classes)
 
 
 @dataclass(frozen=True, eq=False)

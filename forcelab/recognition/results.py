@@ -15,8 +15,8 @@ from forcelab.above import Drawing, call_above
 from forcelab.demonstration import Demonstration
 from forcelab.labels import Segment, Segments, from_codes
 from forcelab.notebook import html_picture, html_table, html_title
-from forcelab.recognition.intervals import Intervals, look_up, score_intervals
-from forcelab.recognition.metrics import Counts, Scores, count, pool
+from forcelab.recognition.intervals import Intervals, score_intervals
+from forcelab.recognition.metrics import Counts, Scores, count, look_up, pool
 from forcelab.recognition.probabilities import ProbabilityTrace, Reliability
 from forcelab.recognition.recogniser import Prediction
 from forcelab.recognition.settings import Settings

@@ -183,11 +183,8 @@ def segment_f1(counts: NDArray[np.int64]) -> dict[int, float | None]:
     The mean of both ways, which differ only where segments compete for one another. `counts` as of
     :func:`segment_counts`, summed over demonstrations.
     """
-    scores: dict[int, float | None] = {}
-    for overlap, directions in zip(OVERLAPS, counts.tolist(), strict=True):
-        values = [value for direction in directions if (value := f1(*direction)) is not None]
-        scores[overlap] = sum(values) / len(values) if values else None
-    return scores
+    scores = f1(counts).mean(axis=1).tolist()
+    return {k: None if np.isnan(f) else f for k, f in zip(OVERLAPS, scores, strict=True)}
 
 
 class _LabelledByBoth(NamedTuple):

@@ -139,17 +139,12 @@ def _count_demonstration(
     covered = np.zeros((len(human), k + 1), dtype=np.int64)
     np.add.at(covered, (human.holding(pieces.firsts), predicted), pieces.samples)
     majority = covered.argmax(axis=1)  # of two that cover as much the first, unlabelled last
-    return (
-        _stretches(number, pieces, over.human_codes, predicted),
-        _stretches(number, human, human.codes, majority),
-    )
 
+    def stretches(
+        runs: Runs, coded: NDArray[np.int64], model: NDArray[np.int64]
+    ) -> NDArray[np.void]:
+        owner = np.full(len(runs), number)
+        values = [owner, runs.starts, runs.ends, runs.samples, coded, model]
+        return np.rec.fromarrays(values, dtype=_STRETCH)
 
-def _stretches(
-    owner: int, runs: Runs, human: NDArray[np.int64], predicted: NDArray[np.int64]
-) -> NDArray[np.void]:
-    out = np.empty(len(runs), dtype=_STRETCH)
-    values = (owner, runs.starts, runs.ends, runs.samples, human, predicted)
-    for name, value in zip(_STRETCH.names or (), values, strict=True):
-        out[name] = value
-    return out
+    return stretches(pieces, over.human_codes, predicted), stretches(human, human.codes, majority)

@@ -86,6 +86,7 @@ def test_without_its_library_a_file_says_how_to_install_it(
 UNKNOWN = {
     "a PNG picture": b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR" + bytes(range(256)),
     "a JPEG picture": b"\xff\xd8\xff\xe0\x00\x10JFIF\x00" + bytes(range(256)),
+    "a pointer of Git LFS (git lfs pull fetches the file)": b"version https://git-lfs.github.com\n",
     "a PDF document": b"%PDF-1.7\n%\xe2\xe3\xcf\xd3\n1 0 obj\n",
     "an old Excel or Word file, whose tables can be saved as .xlsx or CSV": (
         b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600)

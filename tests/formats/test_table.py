@@ -361,6 +361,12 @@ class TestTime:
             table("time,fx\n" + rows)
         )
 
+    def test_stamps_as_rosbag_to_csv_writes_them(self, table):
+        rows = "".join(f"2023/03/06/16:37:59.{i}00000,{i}\n" for i in range(8))
+        assert read_single(table("time,.wrench.force.x\n" + rows)).demonstration.times.tolist() == (
+            pytest.approx([i / 10 for i in range(8)])
+        )
+
     def test_a_second_column_of_stamps_is_no_channel(self, table):
         recording = read_single(table("time,timestamp,fx\n0,1700000000000,1\n.1,1700000000100,2\n"))
         assert channels(recording) == [("fx", "")]
@@ -705,6 +711,16 @@ def test_a_vicon_export_has_its_rate_and_its_counters(table):
     assert "More tables follow in the file; only the first one was read." in result
 
 
+def test_a_vicon_export_that_a_spreadsheet_saved_again(table):
+    """Its lines are as wide as the widest one, and channels may be called by a number."""
+    lines = vicon(range(400)).replace("Fx,Fz", "1,EMG2").splitlines()
+    padded = [line + "," * (4 - line.count(",")) for line in lines]
+    (recording,) = read(table("\n".join(padded) + "\n"), ReadOptions())
+    channels = [(c.name, c.unit) for c in recording.demonstration.channels]
+    assert channels == [("1", "N"), ("EMG2", "N")]
+    np.testing.assert_allclose(recording.demonstration.times, np.arange(400) / 1000)
+
+
 def test_a_vicon_export_has_the_rate_of_its_devices_not_of_the_events_before_them(table):
     events = "".join(f"S01,Left,Foot Strike,{i / 4},The instant\n" for i in range(12))
     before = f"Events\n100\nSubject,Context,Name,Time (s),Description\n{events}\n"
@@ -745,6 +761,32 @@ def test_a_labview_measurement_has_two_headers(tmp_path, timed, comma):
     assert [(c.name, c.unit) for c in demonstration.channels] == [("Fx", "Newton"), ("Fz", "Volt")]
     np.testing.assert_allclose(demonstration.times, np.arange(200) / 500, atol=1e-12)
     np.testing.assert_allclose(demonstration.signals[:, 0], np.arange(200) % 7 / 4)
+
+
+def test_each_channel_of_a_labview_measurement_may_have_times(tmp_path):
+    text = LABVIEW.replace("X_Columns\tOne", "X_Columns\tMulti")
+    text = text.replace("X_Value\tFx\tFz", "X_Value\tFx\tX_Value\tFz")
+    path = tmp_path / "pull.lvm"
+    path.write_text(text + "".join(f"{i / 500}\t{i}.5\t{i / 500}\t{i}.25\n" for i in range(40)))
+    recording = read_single(path)
+    assert [c.name for c in recording.demonstration.channels] == ["Fx", "Fz"]
+    np.testing.assert_allclose(recording.demonstration.times, np.arange(40) / 500, atol=1e-12)
+
+
+@pytest.mark.parametrize("rows", [7, 40])
+def test_a_short_labview_measurement_with_empty_channels_and_comments(tmp_path, rows):
+    """There are as many numbers in its headers as below them."""
+    head = LABVIEW.replace("\t200\t200", "\t7\t0").replace("0.0\t0.0", "0.0\t0.0\t0.0")
+    text = head + "".join(
+        f"{i / 500}\t{i}.5\t\t{'lost' if i % 4 else 'good'}\n" for i in range(rows)
+    )
+    path = tmp_path / "pull.lvm"
+    path.write_text(text)
+    assert identify(path).name == "table"
+    recording = read_single(path)
+    assert [(c.name, c.unit) for c in recording.demonstration.channels] == [("Fx", "Newton")]
+    np.testing.assert_allclose(recording.demonstration.times, np.arange(rows) / 500, atol=1e-12)
+    assert [s.action for s in recording.tracks[0].segments[:2]] == ["good", "lost"]
 
 
 def test_a_quote_in_a_labview_header_that_is_not_closed_does_no_harm(table):

@@ -1,8 +1,14 @@
 """Small mechanisms whose motion is known in closed form."""
 
+from functools import partial
+
 import numpy as np
 
-from forcelab.simulation.solvers import integrate
+from forcelab.simulation.solvers import Solver, integrate
+
+rosenbrock, rk45, lsoda, radau = (
+    partial(Solver, method) for method in ("Rosenbrock", "RK45", "LSODA", "Radau")
+)
 
 
 class Mechanism:

@@ -31,7 +31,8 @@ from forcelab.simulation.scene import (
     Thread,
     width_at,
 )
-from forcelab.simulation.solvers import Explicit, Lsoda, Rosenbrock, integrate
+from forcelab.simulation.solvers import integrate
+from tests.simulation.mechanisms import lsoda, rk45, rosenbrock
 from tests.simulation.scenes import (
     FREE,
     SCENES,
@@ -526,7 +527,7 @@ def test_scales_turn_a_newton_into_each_place_s_own_measure(name):
 
 
 #: Closed forms are met by one solver as by another: what each of them does is tested by itself.
-SOLVER = Lsoda(tolerance=1e-6)
+SOLVER = lsoda(tolerance=1e-6)
 
 
 def event_times(solution, kind, lane=0):
@@ -638,7 +639,7 @@ def test_a_bounce_is_right_over_seven_decades_of_stiffness_and_eight_of_mass(sti
     start = state(system, {"left jaw": 0.02, "right jaw": 9.0, "body x rate": -speed})
     half = np.pi * np.sqrt(reduced / stiffness)
     times = np.linspace(0.0, 1.5 * half, 7)
-    solution = integrate(system, start[:, None], times, Explicit(tolerance=1e-6))
+    solution = integrate(system, start[:, None], times, rk45(tolerance=1e-6))
     rebound = speed * (100.0 - mass) / (100.0 + mass)
     x = named(system, solution.states[:, :, 0].T)
     assert x["body x rate"][-1] == pytest.approx(rebound, abs=1e-4 * speed)
@@ -657,7 +658,7 @@ def test_a_grip_presses_as_its_springs_do_whether_soft_or_stiff_light_or_heavy(s
     system = mechanics(scene, {"left jaw": 0.01, "right jaw": 0.01})
     start = state(system, {"left jaw": 0.0201, "right jaw": 0.0201})[:, None]
     times = np.linspace(0.0, 0.1, 11)
-    solution = integrate(system, start, times, Rosenbrock(tolerance=1e-3))
+    solution = integrate(system, start, times, rosenbrock(tolerance=1e-3))
     force = 0.01 / (1.0 / 1200.0 + 1.0 / stiffness)
     sensor_forces = system.sensor_forces(times[-1:], solution.states[-1])[:, 0]
     assert sensor_forces[[2, 5]] == pytest.approx([-force, -force], abs=1e-3)
@@ -669,7 +670,7 @@ def test_a_grip_too_stiff_for_the_steps_allowed_is_refused_with_a_sentence():
     start = state(system, {"left jaw": 0.0201, "right jaw": 0.0201})[:, None]
     times = np.linspace(0.0, 0.1, 11)
     with pytest.raises(InputError, match="demonstration 1 cannot be resolved"):
-        integrate(system, start, times, Explicit(max_steps=500))
+        integrate(system, start, times, rk45(max_steps=500))
 
 
 SOCKET = Socket(place=0.02, depth=0.006, friction=4.0, snap=5.0, snap_depth=0.004, snap_width=5e-4)

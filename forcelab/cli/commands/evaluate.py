@@ -58,8 +58,8 @@ from forcelab.frames import score_rows
 from forcelab.io import write_atomically
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.recognition.intervals import METHOD, METRICS, Intervals
-from forcelab.recognition.metrics import Scores
+from forcelab.recognition.intervals import METHOD, Intervals
+from forcelab.recognition.metrics import METRICS, Scores
 from forcelab.recognition.project_runs import TaskEvaluations, evaluate_tasks_job
 from forcelab.recognition.results import Evaluation
 from forcelab.text import counted, percent

@@ -18,7 +18,8 @@ from typing import Any
 from forcelab.cli.options import add_json, add_project
 from forcelab.cli.output import print_result, printable, table
 from forcelab.project import Project, RunSummary, RunUse
-from forcelab.recognition.intervals import METHOD, METRICS, look_up
+from forcelab.recognition.intervals import METHOD
+from forcelab.recognition.metrics import METRICS, look_up
 from forcelab.recognition.presets import PRESETS
 from forcelab.recognition.results import STAGES, run_title
 from forcelab.review.run_comparison import Comparison, as_text, compare_runs

@@ -10,7 +10,7 @@ from forcelab.jobs import Progress, job
 from forcelab.simulation.hand import Trajectory
 from forcelab.simulation.mechanics import Layout, Mechanics
 from forcelab.simulation.scene import TASKS, Array, Event, Motion, Performance, Scene, Task
-from forcelab.simulation.solvers import Rosenbrock, integrating
+from forcelab.simulation.solvers import Solver, integrating
 from forcelab.simulation.tasks.choreography import AFTERWARDS, Choreography
 from forcelab.simulation.tasks.ground_truth import Course, true_actions
 from forcelab.simulation.tasks.plays import PLAYS
@@ -21,7 +21,7 @@ from forcelab.vocabulary import Action, Vocabulary
 RATE = 4000.0
 #: Chosen from the table of `forcelab measure contact`: the largest of its tolerances that leaves
 #: less than a millinewton of error, root mean square, in every task.
-SOLVER = Rosenbrock(tolerance=3e-4)
+SOLVER = Solver("Rosenbrock", tolerance=3e-4)
 
 
 def actions_of(task: Task) -> tuple[str, ...]:
