@@ -11,12 +11,14 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from forcelab.io import write_atomically
 from forcelab.jobs import Progress
-from forcelab.labels import Interval
 from forcelab.text import duration_text
+
+if TYPE_CHECKING:
+    from forcelab.labels import Interval  # loads NumPy
 
 #: What stands for standard output where a file is written.
 STANDARD_OUTPUT = Path("-")
