@@ -259,17 +259,9 @@ class ActionStore:
         use it, the old name stays for them with the next that are free. Predictions, recognisers
         and runs keep the old name.
 
-        Parameters
-        ----------
-        author : str
-            The coder; nobody else's labels change.
-        old, new : str
-            The names.
-        tasks : collection of str, optional
-            Only in demonstrations of these tasks.
-        merge : bool
-            Whether the new name may be that of an action there is. What had the two names cannot
-            be told apart any more, but by the history; no segments become one.
+        Of `tasks`, if they are given, and no others. With `merge` the new name may be that of an
+        action there is: what had the two names cannot be told apart any more, but by the history;
+        no segments become one.
 
         Raises
         ------

@@ -193,10 +193,7 @@ class CodingStore:
     def notes(self, viewer: str | None = None) -> tuple[Note, ...]:
         """The notes that count, of each demonstration and coder the latest; the oldest one first.
 
-        Parameters
-        ----------
-        viewer : str, optional
-            A coder who is to see no note of others on what is to be coded blind.
+        A coder who is the `viewer` sees no note of others on what is to be coded blind.
         """
         latest = {(note.demonstration, note.author): note for note in self.note_events()}
         hidden = self.blind_to(viewer) if latest and viewer is not None else frozenset()

@@ -311,12 +311,7 @@ class DemonstrationStore:
     def discard(self, demonstration: str, heads: Mapping[str, int]) -> None:
         """Remove a recording that was not worth keeping, for good, with what was marked live.
 
-        Parameters
-        ----------
-        demonstration : str
-            Its id.
-        heads : mapping of str to int
-            Of each author, the ``tracks.head`` of the track it was added with.
+        `heads` has for each author the ``tracks.head`` of the track it was added with.
 
         Raises
         ------
@@ -332,12 +327,8 @@ class DemonstrationStore:
         """Remove demonstrations for good, with videos, everybody's labels, notes and assignments.
 
         All or none of them. Runs and recognisers stay; what they were made of cannot be looked up
-        any more.
-
-        Parameters
-        ----------
-        heads : mapping of str to mapping of str to int
-            By the id of each, of each coder whose labels may go, the ``tracks.head`` of the track.
+        any more. `heads` has by the id of each, for each coder whose labels may go, the
+        ``tracks.head`` of the track.
 
         Raises
         ------

@@ -78,10 +78,7 @@ class Project:
     def vacant(path: str | PathLike[str]) -> bool:
         """Whether a new project can be made there: nothing exists, or an empty folder.
 
-        Raises
-        ------
-        InputError
-            If the folder cannot be looked at.
+        InputError if it cannot be looked at.
         """
         with files.file_errors(f"'{path}' cannot be opened"):
             folder = Path(path)
@@ -225,10 +222,7 @@ class Project:
     def snapshot(self) -> contextlib.AbstractContextManager[None]:
         """Reading inside this block shows one moment, whatever other processes commit.
 
-        Raises
-        ------
-        RuntimeError
-            If the project is changed inside the block, which is a mistake of the program.
+        RuntimeError, a mistake of the program, if the project is changed inside the block.
         """
         return self._db.reading()
 

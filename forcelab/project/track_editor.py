@@ -33,6 +33,7 @@ from forcelab.segment_edits import (
     spliced,
     split,
 )
+from forcelab.text import listed
 
 Params = ParamSpec("Params")
 Result = TypeVar("Result", Edit | None, UndoResult | None)
@@ -224,12 +225,7 @@ class TrackEditor:
         """Make ``[start, end)`` of the track what another author's is there.
 
         Segments of the other track that reach over a bound are cut at it; what is unlabelled there
-        becomes unlabelled here.
-
-        Raises
-        ------
-        InputError
-            Also while the coder labels the demonstration blind.
+        becomes unlabelled here. InputError also while the coder labels the demonstration blind.
         """
         if self.project.coding.is_blind(self.demonstration, self.author):
             raise InputError("Other labels are hidden until you are done; nothing copied.")
@@ -248,18 +244,10 @@ class TrackEditor:
     def accept(self, segments: Segments, proposer: str, replace: bool = True) -> Edit | None:
         """Paint what a model predicts, as one edit that remembers which model it was.
 
-        Time that no given segment covers stays as it is. As with :meth:`paint`, what overlaps or
-        touches a segment of the same action becomes one with it.
-
-        Parameters
-        ----------
-        segments : tuple of Segment
-            Never overlapping.
-        proposer : str
-            The model, such as ``"model paper 12"``.
-        replace : bool
-            Whether they are painted over what is there; otherwise they are cut down to the time
-            that no segment covers.
+        The segments never overlap; the model is such as ``"model paper 12"``. Time that no given
+        segment covers stays as it is. As with :meth:`paint`, what overlaps or touches a segment of
+        the same action becomes one with it. Without `replace` what is there stays: they are cut
+        down to the time that no segment covers.
         """
         chosen = segments if replace else free_parts(self.segments, segments)
         after, painted = paint_all(self.segments, chosen)
@@ -332,9 +320,8 @@ class TrackEditor:
 def _accepted_text(painted: Segments, proposer: str) -> str:
     """Accepted predictions in a line of history."""
     # What tells one line from the next comes first: a narrow list cuts their ends off.
-    named = ", ".join(_segment_text(segment) for segment in painted[:NAMED])
-    more = f" and {len(painted) - NAMED} more" if len(painted) > NAMED else ""
-    return f"{named}{more} accepted from {proposer}"
+    named = listed([_segment_text(segment) for segment in painted], NAMED)
+    return f"{named} accepted from {proposer}"
 
 
 def _interval_text(start: float, end: float) -> str:

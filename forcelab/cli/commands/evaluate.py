@@ -271,17 +271,14 @@ def _further_scores(evaluation: Evaluation) -> list[str]:
         f"With unlabelled time cut out: F1@50 {percent(pooled.f1_labelled['50'])}; "
         f"{percent(pooled.boundaries_found)} of the boundaries found within 100 ms."
     ]
-    if "unaided" in evaluation.kinds:
-        alone, _ = evaluation.scores("unaided")
-        lines.append(f"Decoded without any choreography: {_main_scores(alone)}.")
-    if "unadapted" in evaluation.kinds:
-        bare, _ = evaluation.scores("unadapted")
-        lines.append(f"Without adaptation: {_main_scores(bare)}; with it: {_main_scores(pooled)}.")
-    if "alone" in evaluation.kinds:
-        alone, _ = evaluation.scores("alone")
-        lines.append(
-            f"Own labels alone: {_main_scores(alone)}; with the other's: {_main_scores(pooled)}."
-        )
+    for kind, before, after in (
+        ("unaided", "Decoded without any choreography", ""),
+        ("unadapted", "Without adaptation", f"; with it: {_main_scores(pooled)}"),
+        ("alone", "Own labels alone", f"; with the other's: {_main_scores(pooled)}"),
+    ):
+        if kind in evaluation.kinds:
+            scores, _ = evaluation.scores(kind)
+            lines.append(f"{before}: {_main_scores(scores)}{after}.")
     reliability = evaluation.reliability
     if reliability is not None and reliability.brier is not None:
         lines.append(

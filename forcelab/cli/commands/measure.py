@@ -82,8 +82,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    figure: Path | None = arguments.figure
-    check_outputs([arguments.json, figure], [arguments.project])
+    check_outputs([arguments.json, arguments.figure], [arguments.project])
     _check(arguments)
     if arguments.extremes:
         _extremes(arguments)

@@ -24,10 +24,8 @@ from forcelab.cli.options import UsageError, add_json, add_project
 from forcelab.cli.output import print_result, printable
 from forcelab.errors import InputError
 from forcelab.project import DemonstrationInfo, Project
-from forcelab.text import amount, counted, listed, percent
+from forcelab.text import amount, counted, listed, percent, were
 
-#: How many things a sentence names one by one.
-NAMED = 8
 #: Digits of an id that tell a recogniser, and that stand for its name where that is damaged.
 SHORTEST_PREFIX, SHORT_ID = 6, 8
 
@@ -74,11 +72,10 @@ def run(arguments: argparse.Namespace) -> None:
             _ask_recognisers(project, arguments.recogniser or (), removal)
         losses = ", ".join(removal.goes)
         if not arguments.yes:
-            single = len(removal.named) == 1
+            them = "it" if len(removal.named) == 1 else "them"
             raise InputError(
-                f"{listed(removal.named, NAMED)} {'was' if single else 'were'} not removed: with "
-                f"{'it' if single else 'them'} would go {losses}, for good; give --yes "
-                f"to remove {'it' if single else 'them'}."
+                f"{listed(removal.named)} {were(len(removal.named))} not removed: with {them} "
+                f"would go {losses}, for good; give --yes to remove {them}."
             )
         project.refuse_read_only()
         for id_, name in removal.videos.items():
@@ -90,7 +87,7 @@ def run(arguments: argparse.Namespace) -> None:
         for id_ in removal.recognisers:
             if id_ in project.runs.recogniser_bytes():
                 project.runs.remove_recogniser(id_)
-    text = printable(f"Removed {listed(removal.named, NAMED)}: {losses}.")
+    text = printable(f"Removed {listed(removal.named)}: {losses}.")
     print_result(arguments.json, _json_content(removal), text)
 
 
