@@ -230,13 +230,8 @@ class TradeoffController(QObject):
             return
         self.progress, self.trouble = None, ""
         self._measured_for = self.document.author
-        self._jobs.run(
-            measure_task(project.path, self.task, self.author, self.trainer.settings),
-            self._finished,
-            self._failed,
-            self._progressed,
-            key=MEASURING,
-        )
+        job = measure_task(project.path, self.task, self.author, self.trainer.settings)
+        self._jobs.run(job, self._finished, self._failed, self._progressed, key=MEASURING)
         self.changed.emit()
 
     def cancel(self) -> None:
@@ -256,20 +251,18 @@ class TradeoffController(QObject):
             self.document.show_message(reason, True)
             return
         self._replaced.append(self.trainer.settings)
-        self._adopted = settings
-        self.trainer.set_settings(settings)
-        self.document.show_message(
-            f"'{task_text(self.task)}' is trained with “{name}” from now on."
-        )
-        self.changed.emit()
+        self._train_with(settings, f"with “{name}” from now on")
 
     def undo(self) -> None:
         """Train with the settings again that were in use before the latest ones were adopted."""
         if self._replaced:
-            self._adopted = self._replaced.pop()
-            self.trainer.set_settings(self._adopted)
-            self.document.show_message(f"'{task_text(self.task)}' is trained as before.")
-            self.changed.emit()
+            self._train_with(self._replaced.pop(), "as before")
+
+    def _train_with(self, settings: Settings, how: str) -> None:
+        self._adopted = settings
+        self.trainer.set_settings(settings)
+        self.document.show_message(f"'{task_text(self.task)}' is trained {how}.")
+        self.changed.emit()
 
     def show_measured(self, measured: Measured | None) -> None:
         """Show a measurement, or that there is none."""
