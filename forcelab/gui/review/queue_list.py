@@ -62,7 +62,6 @@ SectionKind = Literal["suspected", "actions", "missed", "boundaries", "invented"
 #: Sections that are folded at first: many and small, or no mistakes, or done with.
 FOLDED_AT_FIRST = frozenset({"boundaries", "invented", "judged"})
 
-
 #: The title of each section, and what is in it.
 SECTION_TEXTS = {
     "suspected": (
@@ -166,16 +165,13 @@ class QueueModel(QAbstractListModel):
         if folded == (section.kind in self.folded):
             return
         first = self._heads[number] + 1
+        begin, end = self.beginInsertRows, self.endInsertRows
         if folded:
-            self.beginRemoveRows(NOWHERE, first, first + len(section) - 1)
-            self.folded.add(section.kind)
-            self._count()
-            self.endRemoveRows()
-        else:
-            self.beginInsertRows(NOWHERE, first, first + len(section) - 1)
-            self.folded.discard(section.kind)
-            self._count()
-            self.endInsertRows()
+            begin, end = self.beginRemoveRows, self.endRemoveRows
+        begin(NOWHERE, first, first + len(section) - 1)
+        self.folded ^= {section.kind}
+        self._count()
+        end()
 
     def _count(self) -> None:
         """Count anew in which rows the headings are."""
@@ -193,13 +189,10 @@ class QueueModel(QAbstractListModel):
 
     def find(self, place: Interval) -> tuple[int, int] | None:
         """The section and the item of an interval, also in folded sections; None if in none."""
+        sought = place.start, place.end, place.demonstration
         for number, section in enumerate(self.sections):
             for item, about in enumerate(section.listed):
-                if (
-                    about.start == place.start
-                    and about.end == place.end
-                    and about.demonstration == place.demonstration
-                ):
+                if (about.start, about.end, about.demonstration) == sought:
                     return number, item
         return None
 
@@ -220,18 +213,17 @@ class QueueModel(QAbstractListModel):
         if item is None:
             return None
         if isinstance(item, QueueSection):
-            text = f"{item.title}: {item.total}"
-            if item.kind in self.folded:
-                text = f"{text}, folded"
-            return {
-                Qt.ItemDataRole.DisplayRole: item.title,
-                Qt.ItemDataRole.AccessibleTextRole: text,
-                Qt.ItemDataRole.ToolTipRole: item.tip,
-            }.get(Qt.ItemDataRole(role))
-        texts = item_text(item, self.names.get(item.demonstration, ""))
-        if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.AccessibleTextRole):
-            return "; ".join(texts)
-        return "\n".join(texts) if role == Qt.ItemDataRole.ToolTipRole else None
+            folded = ", folded" if item.kind in self.folded else ""
+            shown, spoken, tip = item.title, f"{item.title}: {item.total}{folded}", item.tip
+        else:
+            texts = item_text(item, self.names.get(item.demonstration, ""))
+            shown = spoken = "; ".join(texts)
+            tip = "\n".join(texts)
+        return {
+            Qt.ItemDataRole.DisplayRole: shown,
+            Qt.ItemDataRole.AccessibleTextRole: spoken,
+            Qt.ItemDataRole.ToolTipRole: tip,
+        }.get(Qt.ItemDataRole(role))
 
 
 def item_text(about: QueueItem, name: str) -> list[str]:

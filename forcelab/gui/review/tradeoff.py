@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from PySide6.QtCore import QItemSelectionModel, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QHBoxLayout, QProgressBar, QSplitter, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSplitter, QWidget
 
 from forcelab.errors import ForcelabError
 from forcelab.gui.figures.tradeoff import Tradeoff
@@ -17,6 +17,7 @@ from forcelab.gui.file_dialogs import export_picture
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable
 from forcelab.gui.layout import (
     PageOrPlaceholder,
+    SlimProgressBar,
     copyable,
     fill_layout,
     fill_splitter,
@@ -452,10 +453,7 @@ class TradeoffView(QWidget):
         tip = "Recognise every labelled demonstration by settings trained on the others"
         name = "Measure recognition of this task"
         self.measure = push_button("Measure", controller.measure, name, tip)
-        self.progress = QProgressBar(textVisible=False)
-        self.progress.setFixedWidth(80)
-        self.progress.setMaximumHeight(8)
-        self.progress.setAccessibleName("Progress of the measurement")
+        self.progress = SlimProgressBar("Progress of the measurement", 80)
         self.cancel = push_button("Cancel", controller.cancel, "Cancel the measurement")
         self.state = ElidedLabel()
         self.state.setAccessibleName("When it was measured")
@@ -541,9 +539,7 @@ class TradeoffView(QWidget):
         self.measure.setVisible(not controller.running)
         self.progress.setVisible(controller.running)
         self.cancel.setVisible(controller.running)
-        self.progress.setRange(0, 0 if progress is None else max(progress.total, 1))
-        if progress is not None:
-            self.progress.setValue(min(progress.done, progress.total))
+        self.progress.show_step(progress)
         if controller.running:
             self.state.set_text("starting" if progress is None else progress.text)
         else:
