@@ -431,6 +431,21 @@ class ProgressBar(QProgressBar):
         return self.fontMetrics().elidedText(super().text(), Qt.TextElideMode.ElideRight, room)
 
 
+class SlimProgressBar(QProgressBar):
+    """How far a job is beside a text that says it; it runs to and fro until that is known."""
+
+    def __init__(self, name: str, width: int) -> None:
+        super().__init__(textVisible=False)
+        self.setAccessibleName(name)
+        self.setFixedWidth(width)
+        self.setMaximumHeight(8)
+
+    def show_step(self, step: Progress | None) -> None:
+        self.setRange(0, 0 if step is None else max(step.total, 1))
+        if step is not None:
+            self.setValue(min(step.done, step.total))
+
+
 def toned_label(tone: Literal["trouble", "warning"], text: str = "") -> QLabel:
     """A sentence in the theme's colour for trouble or warnings."""
     label = sentence_label(text)
