@@ -544,17 +544,6 @@ def pool(name: str, parts: Sequence[Counts]) -> Scores:
     return Scores(name=name, **plain)
 
 
-def score(
-    name: str,
-    human: NDArray[np.int64],
-    predicted: NDArray[np.int64],
-    times: NDArray[np.float64],
-    actions: Sequence[str],
-) -> Scores:
-    """Score one demonstration: :func:`pool` of its :func:`count` alone."""
-    return pool(name, [count(human, predicted, times, actions)])
-
-
 #: The parts of :class:`Events`.
 EVENTS = tuple(part.name for part in fields(Events))
 #: Every number in the scores but the confusion, as the path to it in their JSON.
