@@ -18,16 +18,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcelab.arrays import Real, Whole
 from forcelab.recognition.metrics import METRICS, Counts, look_up, nested, score_resamples
 from forcelab.text import counted
 
-Real = NDArray[np.float64]
-Weights = NDArray[np.int64]
 
-
-def draw_resamples(demonstrations: int, resamples: int, seed: int) -> Weights:
+def draw_resamples(demonstrations: int, resamples: int, seed: int) -> Whole:
     """How often each demonstration is drawn in each resample, shape (resamples, demonstrations)."""
     random = np.random.default_rng(seed)
     chances = np.full(demonstrations, 1.0 / demonstrations)
@@ -119,7 +116,7 @@ def _too_few_reason(demonstrations: int) -> str:
     return f"An interval needs {FEWEST} demonstrations; {few} cannot tell how they differ."
 
 
-def percentile_interval(values: NDArray[np.float64]) -> Range | None:
+def percentile_interval(values: Real) -> Range | None:
     """The middle of resampled scores; None where no resample has one."""
     values = values[np.isfinite(values)]
     if len(values) == 0:

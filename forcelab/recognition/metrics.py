@@ -49,14 +49,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.arrays import Codes, Real, Whole
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED, Segments
 from forcelab.notebook import html_table, html_title
 from forcelab.sample_runs import Runs, sample_ends, stretches
 from forcelab.text import percent
-
-Real = NDArray[np.float64]
-Weights = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -71,17 +69,13 @@ class Overlay:
     pieces: Runs
     #: human_codes, predicted_codes: (p,); the actions of each piece; the predicted one may be
     #: unlabelled
-    human_codes: NDArray[np.int64]
-    predicted_codes: NDArray[np.int64]
+    human_codes: Codes
+    predicted_codes: Codes
     actions: int  # how many actions there are
 
     @classmethod
     def from_codes(
-        cls,
-        human: NDArray[np.int64],
-        predicted: NDArray[np.int64],
-        actions: int,
-        gather: Callable[[NDArray[np.int64]], Runs],
+        cls, human: Codes, predicted: Codes, actions: int, gather: Callable[[Codes], Runs]
     ) -> Overlay:
         """Mask the prediction to where the human labelled, and gather both tracks and their pairs.
 
@@ -101,12 +95,7 @@ class Overlay:
         )
 
 
-def overlay(
-    human: NDArray[np.int64],
-    predicted: NDArray[np.int64],
-    times: NDArray[np.float64],
-    actions: Sized,
-) -> Overlay:
+def overlay(human: Codes, predicted: Codes, times: Real, actions: Sized) -> Overlay:
     """Lay a predicted over a human track: codes (n,) at strictly increasing times (n,) in seconds.
 
     Where the human left a sample unlabelled (any negative code) the prediction is unlabelled too
@@ -129,7 +118,7 @@ def overlay(
 OVERLAPS = (10, 25, 50)
 
 
-def edit_distance(a: NDArray[np.int64], b: NDArray[np.int64]) -> int:
+def edit_distance(a: Codes, b: Codes) -> int:
     """Levenshtein distance of two sequences of codes (m,) and (n,)."""
     short, long = sorted((a, b), key=len)
     places = np.arange(len(long) + 1)
@@ -158,8 +147,8 @@ class Matches:
 
     #: human, predicted: (m,); numbers of the matched segments among the human and the predicted
     #: ones
-    human: NDArray[np.int64]
-    predicted: NDArray[np.int64]
+    human: Whole
+    predicted: Whole
 
     def __len__(self) -> int:
         return len(self.human)
@@ -189,7 +178,7 @@ def match_segments(over: Overlay, overlap: int) -> Matches:
     return Matches(matched, predicted[best[earliest]])
 
 
-def f1(counts: Weights) -> Real:
+def f1(counts: Whole) -> Real:
     """F1 of counts (..., 3) of segments: matched, predicted and human ones without a match.
 
     NaN where there is no segment at all.
@@ -197,7 +186,7 @@ def f1(counts: Weights) -> Real:
     return _fractions(2 * counts[..., 0], counts @ (2, 1, 1))
 
 
-def boundary_errors(over: Overlay, matches: Matches) -> NDArray[np.float64]:
+def boundary_errors(over: Overlay, matches: Matches) -> Real:
     """Distances of matched segments' edges in milliseconds, shape (2 m,).
 
     Both edges of every matched pair are counted, start against start and end against end. Edges
@@ -271,7 +260,7 @@ class Events:
 
 def _event_pieces(
     over: Overlay,
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
+) -> tuple[Whole, Whole, Whole, Real]:
     """Right, missed and false time of all actions, by action and then by time.
 
     What each piece is, how many of its two neighbours are right, its first sample, and its seconds.
@@ -361,7 +350,7 @@ def boundaries_found(closed: Overlay) -> tuple[int, int]:
     return int((near <= NEAR * (1 + 1e-9)).sum()), len(human)
 
 
-def inner_boundary_errors(closed: Overlay, matches: Matches) -> NDArray[np.float64]:
+def inner_boundary_errors(closed: Overlay, matches: Matches) -> Real:
     """Distances in milliseconds of matched edges where one action gives way to another.
 
     Unlike those of :func:`boundary_errors`, of which every edge at unlabelled time is 0 whatever
@@ -374,7 +363,7 @@ def inner_boundary_errors(closed: Overlay, matches: Matches) -> NDArray[np.float
     return np.asarray(1000.0 * np.abs(np.concatenate([starts, ends[inner]])))
 
 
-def _predicted_changes(closed: Overlay) -> NDArray[np.float64]:
+def _predicted_changes(closed: Overlay) -> Real:
     """Where the prediction changes, in seconds, rising."""
     changes = np.flatnonzero(np.diff(closed.predicted_codes)) + 1
     return closed.pieces.starts[changes]
@@ -386,17 +375,17 @@ class Counts:
 
     #: (k, k + 1); samples by human action (rows) and predicted action (columns); the last column
     #: counts those predicted as unlabelled
-    confusion: NDArray[np.int64]
+    confusion: Whole
     edits: tuple[float, ...]  # edit score of each demonstration that has one
     #: (3, 3); A row for each of :data:`~forcelab.recognition.metrics.OVERLAPS`: matched segments,
     #: predicted ones without a match, human ones without a match
-    segments: NDArray[np.int64]
-    boundaries: NDArray[np.float64]  # (b,); boundary errors in milliseconds
+    segments: Whole
+    boundaries: Real  # (b,); boundary errors in milliseconds
     events: Events  # event errors
-    labelled_segments: NDArray[np.int64]  # (3, 3); as `segments`, in labelled time alone
+    labelled_segments: Whole  # (3, 3); as `segments`, in labelled time alone
     #: (2,); human boundaries in labelled time that have a predicted one within 100 ms, and all
-    found: NDArray[np.int64]
-    labelled_boundaries: NDArray[np.float64]  # (c,); as `boundaries`, in labelled time alone
+    found: Whole
+    labelled_boundaries: Real  # (c,); as `boundaries`, in labelled time alone
 
     def __add__(self, other: Counts) -> Counts:
         return Counts(
@@ -490,12 +479,7 @@ class Scores:
         return asdict(self)
 
 
-def count(
-    human: NDArray[np.int64],
-    predicted: NDArray[np.int64],
-    times: NDArray[np.float64],
-    actions: Sequence[str],
-) -> Counts:
+def count(human: Codes, predicted: Codes, times: Real, actions: Sequence[str]) -> Counts:
     """Compare codes (n,) of a predicted with a human track; parameters as of :func:`overlay`."""
     return count_overlay(overlay(human, predicted, times, actions))
 
@@ -518,14 +502,14 @@ def count_overlay(over: Overlay) -> Counts:
     )
 
 
-def _segments(over: Overlay, matches: Sequence[Matches]) -> NDArray[np.int64]:
+def _segments(over: Overlay, matches: Sequence[Matches]) -> Whole:
     """Matched segments, predicted and human ones without a match; a row for each overlap."""
     return np.array(
         [[len(m), len(over.predicted) - len(m), len(over.human) - len(m)] for m in matches]
     )
 
 
-def _confusion(over: Overlay) -> NDArray[np.int64]:
+def _confusion(over: Overlay) -> Whole:
     """Samples by human and predicted action, shape (k, k + 1)."""
     counts = np.zeros((over.actions, over.actions + 1), dtype=np.int64)
     # Unlabelled is code -1, which indexes the last column.
@@ -560,7 +544,7 @@ METRICS = (
 AT_ONCE = 4_000_000
 
 
-def score_resamples(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]:
+def score_resamples(parts: Sequence[Counts], weights: Whole) -> dict[str, Real]:
     """Score resamples, given weights (r, n) of n demonstrations, each as one pool: (r,) each.
 
     A key for each of :data:`METRICS`; NaN where the metric is not defined. Kappa is Cohen's
@@ -588,7 +572,7 @@ def score_resamples(parts: Sequence[Counts], weights: Weights) -> dict[str, Real
     return result
 
 
-def _frame_metrics(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]:
+def _frame_metrics(parts: Sequence[Counts], weights: Whole) -> dict[str, Real]:
     """The metrics that are made from the confusion."""
     confusions = np.stack([part.confusion for part in parts]).astype(np.float64)
     right = weights @ np.diagonal(confusions, axis1=1, axis2=2)
@@ -612,7 +596,7 @@ def _frame_metrics(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]
     }
 
 
-def _percentiles(parts: Sequence[Real], weights: Weights, percents: tuple[int, ...]) -> list[Real]:
+def _percentiles(parts: Sequence[Real], weights: Whole, percents: tuple[int, ...]) -> list[Real]:
     """Percentiles of the boundary errors, linear between neighbours as ``np.percentile`` is.
 
     All errors are sorted once; in a resample each occurs as often as its demonstration.
@@ -738,9 +722,7 @@ def score_tracks(
     return pool(name, [count_segments(human, predicted, scored)])
 
 
-def gather_runs(
-    codes: NDArray[np.int64], ticks: NDArray[np.int64], times: NDArray[np.float64]
-) -> Runs:
+def gather_runs(codes: Codes, ticks: Whole, times: Real) -> Runs:
     """Neighbours of equal code as one; code ``i`` holds from tick and time ``i`` to the next."""
     runs = stretches(codes, times[:-1], times[1:])
     return Runs(runs.codes, ticks[runs.firsts], ticks[runs.lasts], runs.starts, runs.ends)

@@ -22,8 +22,8 @@ from dataclasses import dataclass
 from math import ceil, floor
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcelab.arrays import Codes, Flags, Real
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
@@ -37,10 +37,6 @@ from forcelab.signals.channels import channel_map
 from forcelab.signals.conditioning import noise_level
 from forcelab.signals.cwt import early_error, frequencies, reaches
 from forcelab.signals.grid import SAME_RATE, Grid, measured, on_grid
-
-Real = NDArray[np.float64]
-Codes = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 #: Seconds of samples that wavelets label at once, at least and at most: a tenth of the latency.
 HOP, LONGEST_HOP = 0.04, 0.1

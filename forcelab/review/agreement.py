@@ -17,8 +17,8 @@ from itertools import combinations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcelab.arrays import Codes, Flags, Real, Whole
 from forcelab.jobs import Progress, job
 from forcelab.labels import Interval, Segments, to_codes
 from forcelab.recognition.metrics import OVERLAPS, Overlay, f1, gather_runs, match_segments
@@ -41,18 +41,18 @@ class TrackPieces:
     """Tracks laid over each other, cut wherever one of them changes; p pieces of c tracks."""
 
     #: starts, ends: (p,); in seconds
-    starts: NDArray[np.float64]
-    ends: NDArray[np.float64]
+    starts: Real
+    ends: Real
     #: (c, p); numbers of actions, -1 where unlabelled; at least one track is labelled in each piece
-    codes: NDArray[np.int64]
+    codes: Codes
 
     @property
-    def seconds(self) -> NDArray[np.float64]:
+    def seconds(self) -> Real:
         """Length of each piece, shape (p,)."""
         return self.ends - self.starts
 
     @property
-    def labelled_by_all(self) -> NDArray[np.bool_]:
+    def labelled_by_all(self) -> Flags:
         """Mask of the pieces that every track labels, shape (p,)."""
         return np.asarray((self.codes >= 0).all(axis=0))
 
@@ -88,13 +88,13 @@ _Kind = tuple[bool, str]
 class MatchedBoundaries:
     """Matched boundaries of two tracks; m pairs."""
 
-    times: NDArray[np.float64]  # (m, 2); seconds, of the first and the second track
+    times: Real  # (m, 2); seconds, of the first and the second track
     actions: tuple[str, ...]  # length m; what starts or ends there
     starting: tuple[bool, ...]  # length m; whether it starts
     counts: tuple[int, int]  # how many boundaries each of the two has
 
     @property
-    def offsets(self) -> NDArray[np.float64]:
+    def offsets(self) -> Real:
         """Milliseconds by which the second track is later, shape (m,)."""
         return 1000.0 * (self.times[:, 1] - self.times[:, 0])
 
@@ -159,7 +159,7 @@ def _nearest(
 TICKS = 1e6
 
 
-def segment_counts(pieces: TrackPieces, a: Segments, b: Segments) -> NDArray[np.int64]:
+def segment_counts(pieces: TrackPieces, a: Segments, b: Segments) -> Whole:
     """Count matched, false and missed segments, shape (overlaps, 2, 3), of two tracks.
 
     Each track in turn stands for the truth, by the rule of
@@ -177,7 +177,7 @@ def segment_counts(pieces: TrackPieces, a: Segments, b: Segments) -> NDArray[np.
     return np.array(counts, dtype=np.int64).reshape(len(OVERLAPS), 2, 3)
 
 
-def segment_f1(counts: NDArray[np.int64]) -> dict[int, float | None]:
+def segment_f1(counts: Whole) -> dict[int, float | None]:
     """F1 of segments, by the least overlap in percent; None where there is no segment.
 
     The mean of both ways, which differ only where segments compete for one another. `counts` as of
@@ -190,9 +190,9 @@ def segment_f1(counts: NDArray[np.int64]) -> dict[int, float | None]:
 class _LabelledByBoth(NamedTuple):
     """Pieces that both labelled, on a clock that runs only there."""
 
-    numbers: NDArray[np.int64]  # of each track's segments, shape (2, p)
-    codes: NDArray[np.int64]  # of their actions, shape (2, p)
-    ticks: NDArray[np.int64]  # where each piece starts, and the end of the last, shape (p + 1,)
+    numbers: Whole  # of each track's segments, shape (2, p)
+    codes: Codes  # of their actions, shape (2, p)
+    ticks: Whole  # where each piece starts, and the end of the last, shape (p + 1,)
 
 
 def _cut_to_both(pieces: TrackPieces, a: Segments, b: Segments) -> _LabelledByBoth:
@@ -228,7 +228,7 @@ def _pair_overlay(common: _LabelledByBoth, human: int, predicted: int) -> Overla
         for row in (both, numbers[human], numbers[predicted])
     )
 
-    def code(track: int, runs: Runs) -> NDArray[np.int64]:
+    def code(track: int, runs: Runs) -> Codes:
         return codes[track][np.searchsorted(common.ticks, runs.firsts)]
 
     return Overlay(
@@ -258,9 +258,9 @@ class PairAgreement:
     demonstrations: tuple[str, ...]  # ids; D of them
     #: (D, K + 1, K + 1); how long `a` said the row's action and `b` the column's; the last is
     #: unlabelled
-    seconds: NDArray[np.float64]
+    seconds: Real
     #: (m,); milliseconds by which `b` puts a boundary later than `a` does
-    offsets: NDArray[np.float64]
+    offsets: Real
     boundaries: tuple[int, int]  # how many boundaries `a` and `b` have, matched or not
     #: F1 of segments by their least overlap in percent; see :func:`segment_counts`
     f1: Mapping[int, float | None]
@@ -269,7 +269,7 @@ class PairAgreement:
     shifted: tuple[Interval, ...]  # between the two times of a matched boundary, the farthest first
 
     @property
-    def both(self) -> NDArray[np.float64]:
+    def both(self) -> Real:
         """Seconds by action of `a` and of `b` that both labelled, shape (K, K)."""
         return np.asarray(self.seconds.sum(axis=0)[:-1, :-1])
 
@@ -395,7 +395,7 @@ def compare_pair(
     )
 
 
-def _time_matrix(pieces: TrackPieces, k: int) -> NDArray[np.float64]:
+def _time_matrix(pieces: TrackPieces, k: int) -> Real:
     """Seconds of each pair of codes of two tracks, shape (k + 1, k + 1); the last is unlabelled."""
     # Code -1 is the last row and the last column as it is.
     total = np.zeros((k + 1, k + 1))

@@ -33,8 +33,8 @@ from itertools import groupby, pairwise
 from statistics import median
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcelab.arrays import Real
 from forcelab.labels import Segments
 from forcelab.recognition.label_noise import (
     MARGIN,
@@ -47,8 +47,6 @@ from forcelab.recognition.label_noise import (
 from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.results import DemonstrationResult
 from forcelab.review.differences import Difference, seconds_covered
-
-Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
