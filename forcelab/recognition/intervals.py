@@ -45,22 +45,13 @@ Range = tuple[float, float]
 
 @dataclass(frozen=True)
 class Intervals:
-    """Intervals of pooled scores.
+    """Intervals of pooled scores."""
 
-    Parameters
-    ----------
-    values : mapping of str to (float, float) or None
-        Lower and upper end by the names of :data:`~forcelab.recognition.metrics.METRICS`, in the
-        metric's own unit; None where the metric is not defined.
-    reason : str
-        Why there is none at all; ``""`` where there are some.
-    seed : int
-        Of the resamples.
-    """
-
+    #: Lower and upper end by the names of :data:`~forcelab.recognition.metrics.METRICS`, in the
+    #: metric's own unit; None where the metric is not defined
     values: Mapping[str, Range | None] = field(default_factory=dict)
-    reason: str = ""
-    seed: int = 0
+    reason: str = ""  # why there is none at all; empty where there are some
+    seed: int = 0  # of the resamples
 
     def __getitem__(self, name: str) -> Range | None:
         return self.values.get(name)

@@ -186,16 +186,19 @@ def f1(counts: Whole) -> Real:
     return _fractions(2 * counts[..., 0], counts @ (2, 1, 1))
 
 
-def boundary_errors(over: Overlay, matches: Matches) -> Real:
+def boundary_errors(over: Overlay, matches: Matches, *, inner: bool = False) -> Real:
     """Distances of matched segments' edges in milliseconds, shape (2 m,).
 
     Both edges of every matched pair are counted, start against start and end against end. Edges
     that meet because unlabelled human time, a gap or an end of the recording cuts both segments at
-    the same place are counted as they are, with an error of zero.
+    the same place are counted as they are, with an error of zero; `inner` leaves out the first edge
+    and the last one.
     """
     human, predicted = matches.human, matches.predicted
     starts = over.human.starts[human] - over.predicted.starts[predicted]
     ends = over.human.ends[human] - over.predicted.ends[predicted]
+    if inner:
+        starts, ends = starts[human > 0], ends[human < len(over.human) - 1]
     return 1000.0 * np.abs(np.concatenate([starts, ends]))
 
 
@@ -340,7 +343,8 @@ def boundaries_found(closed: Overlay) -> tuple[int, int]:
     Boundaries, of an overlay without unlabelled time, are where one action gives way to another;
     the ends of the recording are none. A predicted one counts whichever its actions are.
     """
-    human, predicted = closed.human.starts[1:], _predicted_changes(closed)
+    human = closed.human.starts[1:]
+    predicted = closed.pieces.starts[1:][np.diff(closed.predicted_codes) != 0]
     if len(predicted) == 0:
         return 0, len(human)
     after = np.searchsorted(predicted, human)
@@ -348,25 +352,6 @@ def boundaries_found(closed: Overlay) -> tuple[int, int]:
     near = np.minimum(*(np.abs(human - predicted[side]) for side in sides))
     # Stamps are rounded: 100 ms are 100 ms.
     return int((near <= NEAR * (1 + 1e-9)).sum()), len(human)
-
-
-def inner_boundary_errors(closed: Overlay, matches: Matches) -> Real:
-    """Distances in milliseconds of matched edges where one action gives way to another.
-
-    Unlike those of :func:`boundary_errors`, of which every edge at unlabelled time is 0 whatever
-    was predicted. The first edge and the last one are left out.
-    """
-    human, predicted = matches.human, matches.predicted
-    starts = (closed.human.starts[human] - closed.predicted.starts[predicted])[human > 0]
-    ends = closed.human.ends[human] - closed.predicted.ends[predicted]
-    inner = human < len(closed.human) - 1
-    return np.asarray(1000.0 * np.abs(np.concatenate([starts, ends[inner]])))
-
-
-def _predicted_changes(closed: Overlay) -> Real:
-    """Where the prediction changes, in seconds, rising."""
-    changes = np.flatnonzero(np.diff(closed.predicted_codes)) + 1
-    return closed.pieces.starts[changes]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -493,17 +478,17 @@ def count_overlay(over: Overlay) -> Counts:
     return Counts(
         confusion=_confusion(over),
         edits=() if edit is None else (edit,),
-        segments=_segments(over, matches),
+        segments=count_matches(over, matches),
         boundaries=boundary_errors(over, matches[0]),
         events=event_errors(over),
-        labelled_segments=_segments(closed, closed_matches),
+        labelled_segments=count_matches(closed, closed_matches),
         found=np.array(boundaries_found(closed)),
-        labelled_boundaries=inner_boundary_errors(closed, closed_matches[0]),
+        labelled_boundaries=boundary_errors(closed, closed_matches[0], inner=True),
     )
 
 
-def _segments(over: Overlay, matches: Sequence[Matches]) -> Whole:
-    """Matched segments, predicted and human ones without a match; a row for each overlap."""
+def count_matches(over: Overlay, matches: Sequence[Matches]) -> Whole:
+    """Matched segments, predicted and human ones without a match; a row for each of `matches`."""
     return np.array(
         [[len(m), len(over.predicted) - len(m), len(over.human) - len(m)] for m in matches]
     )

@@ -20,8 +20,15 @@ import numpy as np
 
 from forcelab.arrays import Codes, Flags, Real, Whole
 from forcelab.jobs import Progress, job
-from forcelab.labels import Interval, Segments, to_codes
-from forcelab.recognition.metrics import OVERLAPS, Overlay, f1, gather_runs, match_segments
+from forcelab.labels import Interval, Segment, Segments, to_codes
+from forcelab.recognition.metrics import (
+    OVERLAPS,
+    Overlay,
+    count_matches,
+    f1,
+    gather_runs,
+    match_segments,
+)
 from forcelab.review.coder_tracks import CoderTracks
 from forcelab.review.consistency import Consistency, consistency
 from forcelab.review.differences import track_pieces
@@ -105,15 +112,19 @@ def boundary_times(segments: Segments) -> dict[_Kind, list[float]]:
     Touching segments of one action are one: there is no boundary between them.
     """
     times: dict[_Kind, list[float]] = {}
-    for index, segment in enumerate(segments):
-        before = segments[index - 1] if index else None
-        after = segments[index + 1] if index + 1 < len(segments) else None
-        touched = before is not None and segment.start - before.end <= SLIVER
-        if not (touched and before is not None and before.action == segment.action):
+    neighbours = zip((None, *segments), segments, (*segments[1:], None), strict=False)
+    for before, segment, after in neighbours:
+        if _begins(before, segment):
             times.setdefault((True, segment.action), []).append(segment.start)
         if after is None or after.start - segment.end > SLIVER:
             times.setdefault((False, segment.action), []).append(segment.end)
     return times
+
+
+def _begins(before: Segment | None, segment: Segment) -> bool:
+    """Whether an action begins with a segment; touching ones of one action are one."""
+    goes_on = before is not None and before.action == segment.action
+    return not goes_on or before is None or segment.start - before.end > SLIVER
 
 
 def match_boundaries(a: Segments, b: Segments, window: float = WINDOW) -> MatchedBoundaries:
@@ -169,12 +180,9 @@ def segment_counts(pieces: TrackPieces, a: Segments, b: Segments) -> Whole:
     """
     common = _cut_to_both(pieces, a, b)
     overlays = _pair_overlay(common, 0, 1), _pair_overlay(common, 1, 0)
-    counts = []
-    for overlap in OVERLAPS:
-        for over in overlays:
-            true = len(match_segments(over, overlap))
-            counts.append((true, len(over.predicted) - true, len(over.human) - true))
-    return np.array(counts, dtype=np.int64).reshape(len(OVERLAPS), 2, 3)
+    return np.stack(
+        [count_matches(over, [match_segments(over, k) for k in OVERLAPS]) for over in overlays], 1
+    )
 
 
 def segment_f1(counts: Whole) -> dict[int, float | None]:
@@ -203,20 +211,13 @@ def _cut_to_both(pieces: TrackPieces, a: Segments, b: Segments) -> _LabelledByBo
     ticks = np.rint(pieces.seconds * TICKS).astype(np.int64)
     overlapping = pieces.labelled_by_all & (ticks > 0)
     middles = (pieces.starts + pieces.seconds / 2)[overlapping]
-    numbers = [
-        np.searchsorted(_segment_starts(track), middles, side="right") - 1 for track in (a, b)
-    ]
+    starts = (
+        [s.start for before, s in zip((None, *track), track, strict=False) if _begins(before, s)]
+        for track in (a, b)
+    )
+    numbers = [np.searchsorted(own, middles, side="right") - 1 for own in starts]
     clock = np.concatenate([[0], np.cumsum(ticks[overlapping])])
     return _LabelledByBoth(np.stack(numbers), pieces.codes[:, overlapping], clock)
-
-
-def _segment_starts(track: Segments) -> list[float]:
-    """Where segments start; touching ones of one action are one."""
-    return [
-        segment.start
-        for before, segment in zip((None, *track), track, strict=False)
-        if before is None or before.action != segment.action or segment.start - before.end > SLIVER
-    ]
 
 
 def _pair_overlay(common: _LabelledByBoth, human: int, predicted: int) -> Overlay:
