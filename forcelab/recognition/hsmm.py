@@ -348,15 +348,12 @@ def decode(
     in nats of how much likelier than usual a change is near; they count for nothing with "none".
     Of equally good sequences it is always the same one.
     """
-    valid = decodable_steps(log_probabilities, valid, grammar)
     codes = np.full(len(log_probabilities), UNLABELLED, dtype=np.int64)
-    for part, scores, evidence, after in prepare_runs(
-        log_probabilities, valid, step, grammar, use, changes
-    ):
+    runs = prepare_runs(log_probabilities, valid, step, grammar, use, changes)
+    for part, scores, evidence, after, known in runs:
         forward = ForwardPass(scores, len(evidence), best=True)
         forward.push(evidence, after)
-        codes[part] = forward.best_codes(len(evidence))
-    codes[~valid] = UNLABELLED
+        codes[part] = np.where(known, forward.best_codes(len(evidence)), UNLABELLED)
     return codes
 
 
@@ -367,11 +364,12 @@ def prepare_runs(
     grammar: TaskGrammar,
     use: Use,
     changes: NDArray[np.floating] | None,
-) -> Iterator[tuple[slice, HsmmParameters, Real, Real | None]]:
+) -> Iterator[tuple[slice, HsmmParameters, Real, Real | None, Flags]]:
     """Each stretch between long gaps: its steps, the model, its evidence and scores of changes.
 
-    `valid` as of :func:`decodable_steps`.
+    And which of its steps are known: the others are in short gaps.
     """
+    valid = decodable_steps(log_probabilities, valid, grammar)
     if not valid.any():
         return
     scores = HsmmParameters.from_grammar(grammar, step, use)
@@ -379,11 +377,13 @@ def prepare_runs(
     likelier = None if changes is None else np.where(valid, changes, LIKELIER)  # scores 0
     most = bridged_steps(step)
     for first, last in bridged_runs(valid, most):
+        part = slice(first, last)
         yield (
-            slice(first, last),
+            part,
             scores if first <= most else scores.anywhere(),
-            scores.evidence(known[first:last]),
-            None if likelier is None else scores.change_scores(likelier[first:last]),
+            scores.evidence(known[part]),
+            None if likelier is None else scores.change_scores(likelier[part]),
+            valid[part],
         )
 
 
@@ -524,13 +524,11 @@ def marginals(
     Exact: the forward-backward algorithm over segments. Rows sum to 1, and are 0 where nothing is
     decoded. Parameters as of :func:`decode`.
     """
-    valid = decodable_steps(log_probabilities, valid, grammar)
     result = np.zeros(np.shape(log_probabilities))
-    for part, scores, evidence, after in prepare_runs(
-        log_probabilities, valid, step, grammar, use, changes
-    ):
-        result[part] = _marginals(evidence, scores.per_place(), after)
-    result[~valid] = 0.0
+    runs = prepare_runs(log_probabilities, valid, step, grammar, use, changes)
+    for part, scores, evidence, after, known in runs:
+        found = _marginals(evidence, scores.per_place(), after)
+        result[part] = np.where(known[:, None], found, 0.0)
     return result
 
 

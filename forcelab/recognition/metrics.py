@@ -223,33 +223,18 @@ class Events:
     Whatever was predicted in unlabelled human time is not counted. The time that is right is
     ``human - deletion - fragmentation - underfill``, and also
     ``predicted - insertion - merge - overfill``.
-
-    Parameters
-    ----------
-    human, predicted : Tally
-        All human and all predicted events, and their time.
-    insertion : Tally
-        Predicted events that meet no human event of their action, and their time.
-    deletion : Tally
-        Human events that no predicted event of their action meets, and their time.
-    fragmentation : Tally
-        Human events that several predicted ones fall into, and the time missed between those.
-    merge : Tally
-        Predicted events that join several human ones, and the false time between those.
-    overfill : Tally
-        Stretches by which predicted events reach over an edge of a human one, and their time.
-    underfill : Tally
-        Stretches by which predicted events stay short of an edge of a human one, and their time.
     """
 
-    human: Tally = Tally()
-    predicted: Tally = Tally()
-    insertion: Tally = Tally()
-    deletion: Tally = Tally()
+    human: Tally = Tally()  # all human events, and their time
+    predicted: Tally = Tally()  # all predicted ones
+    insertion: Tally = Tally()  # predicted events that meet no human event of their action
+    deletion: Tally = Tally()  # human events that no predicted event of their action meets
+    #: Human events that several predicted ones fall into, and the time missed between those
     fragmentation: Tally = Tally()
+    #: Predicted events that join several human ones, and the false time between those
     merge: Tally = Tally()
-    overfill: Tally = Tally()
-    underfill: Tally = Tally()
+    overfill: Tally = Tally()  # stretches of predicted events over an edge of a human one
+    underfill: Tally = Tally()  # stretches by which they stay short of such an edge
 
     def __add__(self, other: Events) -> Events:
         return Events(

@@ -11,6 +11,7 @@ segments touch, the end of the first is the start of the second and counts once.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -448,8 +449,7 @@ class Agreement:
         totals: dict[str, dict[str, int]] = {}
         for item in self.coded:
             for author in item.tracks:
-                of_tasks = totals.setdefault(author, {})
-                of_tasks[item.task] = of_tasks.get(item.task, 0) + 1
+                totals.setdefault(author, Counter())[item.task] += 1
         return totals
 
     def to_json(self) -> dict[str, Any]:
