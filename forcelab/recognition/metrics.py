@@ -633,18 +633,23 @@ def overlay_segments(human: Segments, predicted: Segments, actions: Sequence[str
 
     Segments are in order and never overlap; touching ones of one action are one.
     """
-    number = {action: code for code, action in enumerate(actions)}
-    edges = np.array([(s.start, s.end) for s in (*human, *predicted)])
+    number = {action: code for code, action in enumerate(actions, 1)}
+    both = (*human, *predicted)
+    edges = np.array([(s.start, s.end) for s in both])
     ticks, firsts, places = np.unique(
         np.rint(edges * TICKS).astype(np.int64), return_index=True, return_inverse=True
     )
     times = edges.ravel()[firsts]
-    spans = places.reshape(-1, 2).tolist()
-    codes = np.full((2, len(ticks[1:])), UNLABELLED, dtype=np.int64)
-    for i, (segment, (first, last)) in enumerate(zip((*human, *predicted), spans, strict=True)):
-        codes[int(i >= len(human)), first:last] = number[segment.action]
+    # Each segment raises the code of its track from unlabelled, -1, and its end takes it back.
+    codes = np.array([number[s.action] for s in both], dtype=np.int64)
+    track = np.repeat([0, 1], [len(human), len(predicted)])
+    starts, ends = places.reshape(-1, 2).T
+    steps = np.zeros((2, len(ticks)), dtype=np.int64)
+    np.add.at(steps, (track, starts), codes)
+    np.subtract.at(steps, (track, ends), codes)
+    human_codes, predicted_codes = steps[:, :-1].cumsum(axis=1) - 1
     return Overlay.from_codes(
-        codes[0], codes[1], len(actions), lambda codes: gather_runs(codes, ticks, times)
+        human_codes, predicted_codes, len(actions), lambda c: gather_runs(c, ticks, times)
     )
 
 
