@@ -38,7 +38,8 @@ from numpy.typing import NDArray
 
 from forcelab.clock import ClockMap
 from forcelab.errors import InputError
-from forcelab.simulation.scene import Performance, Profile, Scene, Shape, Socket, width_at
+from forcelab.simulation.mechanics import width_at
+from forcelab.simulation.scene import Array, Performance, Profile, Scene, Shape, Socket
 
 #: Seconds over which a frame's forces are averaged, as a camera's shutter does.
 EXPOSURE = 0.012
@@ -94,7 +95,6 @@ class States:
 
 
 Image = NDArray[np.uint8]
-Points = NDArray[np.float64]
 #: Blue, green and red, 0..255, as OpenCV orders them.
 Colour = tuple[int, int, int]
 
@@ -133,27 +133,27 @@ class Canvas:
         self.image = image
         self.zoom = zoom
 
-    def polygon(self, points: Points, fill: Colour, edge: Colour | None = None) -> None:
+    def polygon(self, points: Array, fill: Colour, edge: Colour | None = None) -> None:
         """A filled polygon, shape (n, 2) in pixels, with a line around it where asked for."""
         corners = [_fixed(points)]
         cv2.fillPoly(self.image, corners, fill, cv2.LINE_AA, SHIFT)
         if edge is not None:
             cv2.polylines(self.image, corners, True, edge, self._width(1.0), cv2.LINE_AA, SHIFT)
 
-    def hull(self, points: Points, fill: Colour, edge: Colour) -> None:
+    def hull(self, points: Array, fill: Colour, edge: Colour) -> None:
         """The convex hull of points, shape (n, 2) in pixels."""
         corners = [cv2.convexHull(_fixed(points))]
         cv2.fillPoly(self.image, corners, fill, cv2.LINE_AA, SHIFT)
         cv2.polylines(self.image, corners, True, edge, self._width(1.0), cv2.LINE_AA, SHIFT)
 
-    def line(self, points: Points, paint: Colour, width: float = 1.0) -> None:
+    def line(self, points: Array, paint: Colour, width: float = 1.0) -> None:
         """An open line through points, shape (n, 2) in pixels."""
         corners = [_fixed(points)]
         cv2.polylines(self.image, corners, False, paint, self._width(width), cv2.LINE_AA, SHIFT)
 
     def disc(
         self,
-        centre: Points,
+        centre: Array,
         radii: tuple[float, float],
         fill: Colour,
         edge: Colour | None = None,
@@ -163,7 +163,7 @@ class Canvas:
 
     def capsule(
         self,
-        ends: tuple[Points, Points],
+        ends: tuple[Array, Array],
         radii: tuple[float, float],
         fill: Colour,
         edge: Colour | None = None,
@@ -189,7 +189,7 @@ class Canvas:
         )
         self.polygon(outline, fill, edge)
 
-    def dots(self, centres: Points, radius: float, fill: Colour) -> None:
+    def dots(self, centres: Array, radius: float, fill: Colour) -> None:
         """Small discs of one size, centres of shape (n, 2)."""
         size = max(1, round(radius * (1 << SHIFT)))
         for u, v in _fixed(centres).tolist():
@@ -259,7 +259,7 @@ class Proportions:
         return cls(grip, dome, height - grip + CLEAR, back, foot, height)
 
 
-def drawn_height(up: Points, profile: Profile) -> Points:
+def drawn_height(up: Array, profile: Profile) -> Array:
     """How far above the first grip heights of a stylus are drawn, m: rising and without jumps.
 
     The rim is stretched, for over it the domes go slowly, the tip is shortened, and so is what is
@@ -271,7 +271,7 @@ def drawn_height(up: Points, profile: Profile) -> Points:
     stretched = (STRETCH - 1.0) * np.clip(inner - first, 0.0, last - first)
     shortened = (1.0 - TIP) * np.clip(inner - end, 0.0, None)
     beyond = FREE * np.arcsinh(np.clip(up - tip, 0.0, None) / FREE)
-    drawn: Points = inner + stretched - shortened + beyond
+    drawn: Array = inner + stretched - shortened + beyond
     return drawn
 
 
@@ -341,11 +341,11 @@ class View:
             return float(self.climbed(np.array(z)))
         return LOW * float(np.arcsinh(z / LOW)) if z >= 0 else self.sink * z
 
-    def climbed(self, up: Points) -> Points:
+    def climbed(self, up: Array) -> Array:
         """Where heights along a body in a holder are on the stage, m, above the first grip."""
         return up if self.profile is None else drawn_height(up, self.profile)
 
-    def at(self, x: float, y: float, z: float) -> Points:
+    def at(self, x: float, y: float, z: float) -> Array:
         """Pixel of a place on the stage, shape (2,)."""
         right = self.origin[0] + self.scale * (x + self.depth[0] * y)
         down = self.origin[1] - self.scale * (z - self.depth[1] * y)
@@ -356,7 +356,7 @@ class View:
             down = self.pivot[1] + sin * u + cos * v
         return np.array([right, down])
 
-    def path(self, places: list[tuple[float, float, float]]) -> Points:
+    def path(self, places: list[tuple[float, float, float]]) -> Array:
         """Pixels of places on the stage, shape (n, 2)."""
         return np.array([self.at(*place) for place in places])
 
@@ -365,7 +365,7 @@ class View:
         left, top = self.origin
         return replace(self, scale=self.scale * factor, origin=(left * factor, top * factor))
 
-    def tilted(self, tilt: float, pivot: Points) -> View:
+    def tilted(self, tilt: float, pivot: Array) -> View:
         """The same view, turned to the right by an angle about a pixel."""
         return replace(self, tilt=tilt, pivot=(float(pivot[0]), float(pivot[1])))
 
@@ -595,11 +595,11 @@ class Tongs:
                 canvas.line(line, SPARK_EDGE, 3.0 + 3.0 * left)
                 canvas.line(line, SPARK, 1.0 + 3.0 * left)
 
-    def _base(self, side: int) -> Points:
+    def _base(self, side: int) -> Array:
         """Where a dome begins: the middle of its round face on the housing."""
         r = self.sizes.dome
         bulge = (0.95 - FLATTENING * self.pressed[side]) * r
-        base: Points = self.contacts[side] - bulge * self.inward[side] + self.leans[side]
+        base: Array = self.contacts[side] - bulge * self.inward[side] + self.leans[side]
         return base
 
     def _grip(self, canvas: Canvas, *, behind: bool) -> None:
@@ -619,7 +619,7 @@ class Tongs:
             bend = 0.5 * (root + end) + 0.004 * np.sign(knuckle[0]) * round_off
             self._finger(canvas, [root, bend - (0.0, 0.001 * s), end], 0.0042 * s)
 
-    def _arm(self, canvas: Canvas, spine: list[Points]) -> None:
+    def _arm(self, canvas: Canvas, spine: list[Array]) -> None:
         """An arm along three points: down, at the knee, at the hinge."""
         half = 0.0021 * self.view.scale
         foot, knee, top = spine
@@ -629,7 +629,7 @@ class Tongs:
         outline = np.array([foot, knee, top, top, knee, foot]) + np.array(sides)
         canvas.polygon(outline, ARM, ARM_EDGE)
 
-    def _finger(self, canvas: Canvas, joints: list[Points], radius: float) -> None:
+    def _finger(self, canvas: Canvas, joints: list[Array], radius: float) -> None:
         """A finger through three joints."""
         root, bend, tip = joints
         canvas.capsule((root, bend), (1.15 * radius, radius), SKIN, SKIN_EDGE)
@@ -688,7 +688,7 @@ def box(
     canvas.polygon(view.path(face), paint, edge)
 
 
-def stud(canvas: Canvas, view: View, foot: Points, height: float, paint: Colour) -> None:
+def stud(canvas: Canvas, view: View, foot: Array, height: float, paint: Colour) -> None:
     """A LEGO stud that stands on a pixel."""
     radius = 0.0024 * view.scale
     flat = 0.5 * radius
@@ -721,7 +721,7 @@ def _cartridge(scene: Scene, sizes: Proportions, view: View, pose: Pose, canvas:
     half, height = scene.body.half_width, sizes.height
     x, y, z, _ = pose.body
 
-    def face(points: list[tuple[float, float]]) -> Points:
+    def face(points: list[tuple[float, float]]) -> Array:
         """Pixels of places on the front face: shares of half width and height."""
         return view.path([(x + across * half, y, z + up * height) for across, up in points])
 
@@ -739,7 +739,7 @@ def _cartridge(scene: Scene, sizes: Proportions, view: View, pose: Pose, canvas:
 
 
 @lru_cache(maxsize=8)
-def _outline(half: float, profile: Profile, low: float) -> tuple[Points, Points]:
+def _outline(half: float, profile: Profile, low: float) -> tuple[Array, Array]:
     """A stylus from below the first grip to its tip: heights (n,) and half widths (2, n), m."""
     heights = np.linspace(low, profile.end + profile.taper, 180)
     numbers = {name: np.array([number]) for name, number in vars(profile).items()}
@@ -820,7 +820,7 @@ def _block(scene: Scene, sizes: Proportions, view: View, pose: Pose, canvas: Can
     )
     s, foot = view.scale, view.at(x, y, z)
 
-    def reach(heights: Points, side: int) -> Points:
+    def reach(heights: Array, side: int) -> Array:
         """Half width at heights above the lower face, on the left (0) or the right (1)."""
         away = np.abs(heights - grip) - 0.8 * sizes.dome
         press = np.exp(-((np.clip(away, 0.0, None) / (0.9 * sizes.dome)) ** 2))
@@ -978,8 +978,6 @@ def _vice(scene: Scene, sizes: Proportions, view: View, canvas: Canvas) -> None:
         ends = view.path(part)
         canvas.capsule((ends[0], ends[1]), (thick * view.scale,) * 2, IRON, dark(IRON))
 
-
-Array = NDArray[np.float64]
 
 #: Nominal frames a second, as the file states them.
 RATE = 30.0

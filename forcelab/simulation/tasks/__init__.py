@@ -121,14 +121,14 @@ def _performance(
     rows = {name: states[row] for row, name in enumerate(Layout.of(played.scene).names)}
     still = np.zeros(len(times))
 
-    def stack_numbers(*names: str) -> Array:
+    def columns(*names: str) -> Array:
         return np.stack([rows.get(name, still) for name in names], axis=1)
 
     motion = Motion(
         times=times,
-        jaws=stack_numbers("left jaw", "right jaw"),
-        tongs=stack_numbers("tongs y", "tongs z", "wrist angle"),
-        body=stack_numbers("body x", "body y", "body z", "cap angle"),
+        jaws=columns("left jaw", "right jaw"),
+        tongs=columns("tongs y", "tongs z", "wrist angle"),
+        body=columns("body x", "body y", "body z", "cap angle"),
         normal=system.evaluate(times, states).normal.T,
     )
     return Performance(
