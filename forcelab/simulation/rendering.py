@@ -23,9 +23,8 @@ Nothing in the picture names the action.
 
 from __future__ import annotations
 
-import contextlib
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -40,6 +39,7 @@ from forcelab.clock import ClockMap
 from forcelab.errors import InputError
 from forcelab.simulation.mechanics import width_at
 from forcelab.simulation.scene import Array, Performance, Profile, Scene, Shape, Socket
+from forcelab.video.codecs import opencv
 
 #: Seconds over which a frame's forces are averaged, as a camera's shutter does.
 EXPOSURE = 0.012
@@ -669,6 +669,12 @@ def light(paint: Colour, share: float = 0.35) -> Colour:
     return mix_colours(paint, WHITE, share)
 
 
+def upright(view: View, x: tuple[float, float], y: float, z: tuple[float, float]) -> Array:
+    """Pixels of the corners of a rectangle that faces the viewer, shape (4, 2)."""
+    (left, right), (low, high) = x, z
+    return view.path([(left, y, low), (right, y, low), (right, y, high), (left, y, high)])
+
+
 def box(
     canvas: Canvas,
     view: View,
@@ -682,25 +688,29 @@ def box(
     edge = dark(paint)
     side = [(left, front, low), (left, front, high), (left, rear, high), (left, rear, low)]
     top = [(left, front, high), (right, front, high), (right, rear, high), (left, rear, high)]
-    face = [(left, front, low), (right, front, low), (right, front, high), (left, front, high)]
     canvas.polygon(view.path(side), dark(paint, 0.25), edge)
     canvas.polygon(view.path(top), light(paint), edge)
-    canvas.polygon(view.path(face), paint, edge)
+    canvas.polygon(upright(view, x, front, z), paint, edge)
+
+
+def cylinder(
+    canvas: Canvas, foot: Array, head: Array, radii: tuple[float, float], paint: Colour
+) -> None:
+    """An upright cylinder without its top, from pixel to pixel."""
+    side, edge = np.array([radii[0], 0.0]), dark(paint)
+    wall = np.array([foot - side, head - side, head + side, foot + side])
+    canvas.disc(foot, radii, paint, edge)
+    canvas.polygon(wall, paint)
+    canvas.line(wall[:2], edge)
+    canvas.line(wall[2:], edge)
 
 
 def stud(canvas: Canvas, view: View, foot: Array, height: float, paint: Colour) -> None:
     """A LEGO stud that stands on a pixel."""
     radius = 0.0024 * view.scale
-    flat = 0.5 * radius
     head = foot - (0.0, height * view.scale)
-    edge = dark(paint)
-    sides = np.array([(-radius, 0.0), (-radius, 0.0), (radius, 0.0), (radius, 0.0)])
-    wall = np.array([foot, head, head, foot]) + sides
-    canvas.disc(foot, (radius, flat), paint, edge)
-    canvas.polygon(wall, paint)
-    canvas.line(wall[:2], edge)
-    canvas.line(wall[2:], edge)
-    canvas.disc(head, (radius, flat), light(paint), edge)
+    cylinder(canvas, foot, head, (radius, 0.5 * radius), paint)
+    canvas.disc(head, (radius, 0.5 * radius), light(paint), dark(paint))
 
 
 def _brick(scene: Scene, sizes: Proportions, view: View, pose: Pose, canvas: Canvas) -> None:
@@ -782,12 +792,8 @@ def _marker(scene: Scene, sizes: Proportions, view: View, pose: Pose, canvas: Ca
     rim, flat = 1.3 * half, 0.3 * half
 
     def band(radius: float, low: float, high: float, paint: Colour) -> None:
-        """A stretch of a cylinder without its top."""
-        wall = np.array([(-radius, -low), (-radius, -high), (radius, -high), (radius, -low)])
-        canvas.disc(middle - (0.0, s * low), (s * radius, s * flat), paint, dark(paint))
-        canvas.polygon(middle + s * wall, paint)
-        canvas.line(middle + s * wall[:2], dark(paint))
-        canvas.line(middle + s * wall[2:], dark(paint))
+        foot, head = middle - (0.0, s * low), middle - (0.0, s * high)
+        cylinder(canvas, foot, head, (s * radius, s * flat), paint)
 
     band(0.86 * half, -sizes.foot + 0.006, -rim, BARREL)
     band(0.86 * half, -sizes.foot + 0.022, -rim - 0.0075, INK)
@@ -946,18 +952,16 @@ def _console(scene: Scene, view: View, canvas: Canvas, sizes: Proportions) -> No
     rear = front - 2.0 * sizes.back - 0.008
     box(canvas, view, (-edge, edge), (rear, front), (-sizes.foot, 0.0), CONSOLE)
     rim = wide + 0.004
-    section = [(-rim, front, -sizes.foot), (rim, front, -sizes.foot), (rim, front, 0.0),
-               (-rim, front, 0.0)]  # fmt: skip
-    canvas.polygon(view.path(section), CUT, dark(CONSOLE))
+    section = upright(view, (-rim, rim), front, (-sizes.foot, 0.0))
+    canvas.polygon(section, CUT, dark(CONSOLE))
     for x in np.arange(-rim, rim, 0.0025).tolist():
         hatch = [(x, front, -sizes.foot), (min(x + sizes.foot, rim), front,
                  min(0.0, rim - x - sizes.foot))]  # fmt: skip
         canvas.line(view.path(hatch), dark(CUT, 0.3))
     opening = [(-wide, front, 0.0), (wide, front, 0.0), (wide, front - 2 * sizes.back, 0.0),
                (-wide, front - 2 * sizes.back, 0.0)]  # fmt: skip
-    pit = [(-wide, front, low), (wide, front, low), (wide, front, 0.0), (-wide, front, 0.0)]
     canvas.polygon(view.path(opening), PIT)
-    canvas.polygon(view.path(pit), PIT)
+    canvas.polygon(upright(view, (-wide, wide), front, (low, 0.0)), PIT)
     for x in np.linspace(-0.6, 0.6, 6).tolist():
         at = x * scene.body.half_width
         canvas.line(view.path([(at, front, low), (at, front, 0.45 * low)]), PIN, 2)
@@ -1126,18 +1130,18 @@ def render(performance: Performance, path: Path, camera: Camera) -> tuple[Array,
     """
     force, late = camera.shots(float(performance.motion.times[-1]))
     stage = Stage(performance)
-    with _silence():
-        writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), RATE, SIZE)
-        try:
-            if not writer.isOpened():
-                raise InputError(
-                    f"'{path}' cannot be written: OpenCV finds no MPEG-4 encoder (mp4v) or no room "
-                    f"here; install opencv-contrib-python-headless or free some space."
-                )
-            for time in force.tolist():
-                writer.write(stage.frame(time))
-        finally:
-            writer.release()
+    opencv()  # silent from here on
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), RATE, SIZE)
+    try:
+        if not writer.isOpened():
+            raise InputError(
+                f"'{path}' cannot be written: OpenCV finds no MPEG-4 encoder (mp4v) or no room "
+                f"here; install opencv-contrib-python-headless or free some space."
+            )
+        for time in force.tolist():
+            writer.write(stage.frame(time))
+    finally:
+        writer.release()
     # The encoder goes on when the disk is full; its file then lacks its index.
     if not _has_index(path):
         raise InputError(
@@ -1161,15 +1165,3 @@ def _has_index(path: Path) -> bool:
                 return False
             place += size
     return has_index and place == end
-
-
-@contextlib.contextmanager
-def _silence() -> Iterator[None]:
-    """Keep OpenCV from telling the terminal what is raised as one sentence."""
-    log = cv2.utils.logging
-    level = log.getLogLevel()
-    log.setLogLevel(log.LOG_LEVEL_SILENT)
-    try:
-        yield
-    finally:
-        log.setLogLevel(level)
