@@ -125,6 +125,11 @@ def ring_response(
     return np.asarray(response, dtype=np.complex128)
 
 
+def doubled(response: Real, single: bool) -> Floats:
+    """A real response, each number twice: to multiply the parts alike beats a complex product."""
+    return np.repeat(response, 2).astype(np.float32 if single else np.float64)
+
+
 class Ring:
     """Some scales by products in the Fourier space of whole rings.
 
@@ -149,8 +154,7 @@ class Ring:
         """The response at the frequencies of ``fftfreq``."""
         response: NDArray[Any] = ring_response(self._wavelet, scale, length)
         if not np.any(response.imag):
-            # Twice each: real and imaginary parts alike, faster than a complex product.
-            return np.repeat(response.real, 2).astype(np.float32 if self._single else float)
+            return doubled(response.real, self._single)
         return response.astype(np.complex64 if self._single else complex)
 
     def transform(self, copies: Copies, sink: Sink) -> None:
@@ -177,8 +181,7 @@ class Ring:
         self, spectra: Complex, weights: NDArray[Any], sink: Sink, channels: slice, j: int
     ) -> None:
         """One scale of some channels."""
-        product = np.empty_like(spectra)
-        np.multiply(spectra.view(weights.dtype), weights, out=product.view(weights.dtype))
+        product = (spectra.view(weights.dtype) * weights).view(spectra.dtype)
         rows = fft.ifft(product, axis=-1, overwrite_x=True)[:, : self._n]
         if self._wavelet.real:
             # What rounding leaves there would flip the phase of negatives between pi and -pi.
@@ -279,16 +282,9 @@ class Narrow:
         self._hop = self._length - 2 * self._margin
         omega = 2 * np.pi * fft.fftfreq(self._length)
         self._ways = [
-            (j, self._weights(response(wavelet, a, omega)), slope_at_zero(wavelet, a))
+            (j, doubled(response(wavelet, a, omega), single), slope_at_zero(wavelet, a))
             for j, a in zip(members, scales.tolist(), strict=True)
         ]
-
-    def _weights(self, response: Real) -> Floats:
-        """A real response at the frequencies of ``fftfreq``.
-
-        Twice each: multiplying real and imaginary parts alike is faster than a complex product.
-        """
-        return np.repeat(response, 2).astype(np.float32 if self._single else np.float64)
 
     def transform(self, copies: Copies, sink: Sink) -> None:
         """Transform channels, as many frames at a time as fill the cache."""
@@ -306,8 +302,7 @@ class Narrow:
         part = held(values[channels], first * hop - margin, last * hop + margin)
         spectra, slopes = self._spectra(part)
         for j, weights, slope in self._ways:
-            product = np.empty_like(spectra)
-            np.multiply(spectra.view(weights.dtype), weights, out=product.view(weights.dtype))
+            product = (spectra.view(weights.dtype) * weights).view(spectra.dtype)
             # The inverse transform divides by the length.
             product[:, :, 0] = slopes * (-1j * slope * self._length)
             rows = fft.ifft(product, axis=-1, overwrite_x=True)[:, :, margin : margin + hop]

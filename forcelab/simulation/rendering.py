@@ -356,6 +356,10 @@ class View:
             down = self.pivot[1] + sin * u + cos * v
         return np.array([right, down])
 
+    def way(self, x: float, y: float, z: float) -> Array:
+        """How far right and down a way on the stage goes, pixels, shape (2,)."""
+        return self.at(x, y, z) - self.at(0.0, 0.0, 0.0)
+
     def path(self, places: list[tuple[float, float, float]]) -> Array:
         """Pixels of places on the stage, shape (n, 2)."""
         return np.array([self.at(*place) for place in places])
@@ -480,15 +484,14 @@ class Tongs:
         self.view = view
         y, z, angle = pose.tongs
         turn = np.array([np.cos(angle), np.sin(angle)])
-        ways = view.at(turn[0], turn[1], 0.0), view.at(-turn[1], turn[0], 0.0)
-        axis, across = (way - view.at(0.0, 0.0, 0.0) for way in ways)
+        axis, across = view.way(turn[0], turn[1], 0.0), view.way(-turn[1], turn[0], 0.0)
         #: How wide the round sensors are seen, as a share of their radius: 0 from the side.
         self.breadth = abs(float(turn[1]))
         middle = view.at(0.0, y, z)
         most = LEANING_MOST * sizes.dome
         lean = most * np.tanh(-LEANING * np.array(state.drag) / most)
         # The hand runs ahead of the domes that the body holds back.
-        drag = view.at(0.0, lean[0], lean[1]) - view.at(0.0, 0.0, 0.0)
+        drag = view.way(0.0, lean[0], lean[1])
         twist = most * float(np.tanh(2.0 * LEANING * pose.lead / LEAD / most)) * across
         self.leans = [drag - twist, drag + twist]
         self.hinge = middle + 1.6 * drag - (0.0, view.scale * sizes.reach)
@@ -605,8 +608,7 @@ class Tongs:
     def _grip(self, canvas: Canvas, *, behind: bool) -> None:
         """Thumb and fingers, which go round with the arms that they hold."""
         s, hinge = self.view.scale, self.hinge
-        zero = self.view.at(0.0, 0.0, 0.0)
-        round_off = self.view.at(np.cos(self.heading), np.sin(self.heading), 0.0) - zero
+        round_off = self.view.way(np.cos(self.heading), np.sin(self.heading), 0.0)
         for side, knuckle, tip in (
             (1, (0.017, -0.004), (0.001, 0.0055)),
             (1, (0.012, -0.012), (-0.0015, -0.001)),
@@ -835,7 +837,7 @@ def _block(scene: Scene, sizes: Proportions, view: View, pose: Pose, canvas: Can
     heights = np.linspace(0.0, height, 25)
     left = foot + s * np.column_stack([-reach(heights, 0), -heights])
     right = foot + s * np.column_stack([reach(heights, 1), -heights])
-    shift = view.at(0.0, -2.0 * sizes.back, 0.0) - view.at(0.0, 0.0, 0.0)
+    shift = view.way(0.0, -2.0 * sizes.back, 0.0)
     canvas.polygon(np.concatenate([left, left[::-1] + shift]), dark(FOAM, 0.22))
     top = np.array([left[-1], right[-1], right[-1] + shift, left[-1] + shift])
     canvas.polygon(top, light(FOAM), dark(FOAM))
@@ -887,9 +889,9 @@ def background(scene: Scene, sizes: Proportions, view: View, size: tuple[int, in
     if scene.socket is not None:
         _stand(scene, sizes, large, canvas)
         if scene.body.shape == "brick":
-            _base_plate(scene, large, canvas, sizes)
+            _base_plate(scene, sizes, large, canvas)
         else:
-            _console(scene, large, canvas, sizes)
+            _console(scene, sizes, large, canvas)
     elif scene.holder is not None:
         _vice(scene, sizes, large, canvas)
     return cv2.resize(image, size, interpolation=cv2.INTER_AREA).astype(np.uint8, copy=False)
@@ -927,7 +929,7 @@ def _stand(scene: Scene, sizes: Proportions, view: View, canvas: Canvas) -> None
     box(canvas, view, (-wide, wide), (-2 * sizes.back - 0.003, 0.002), (-sizes.foot, 0.0), WOOD)
 
 
-def _base_plate(scene: Scene, view: View, canvas: Canvas, sizes: Proportions) -> None:
+def _base_plate(scene: Scene, sizes: Proportions, view: View, canvas: Canvas) -> None:
     """A plate with rows of studs; the brick goes onto those at its front edge."""
     socket = scene.socket
     assert socket is not None
@@ -942,7 +944,7 @@ def _base_plate(scene: Scene, view: View, canvas: Canvas, sizes: Proportions) ->
             stud(canvas, view, view.at(x, front - row * pitch, low), -low, PLATE)
 
 
-def _console(scene: Scene, view: View, canvas: Canvas, sizes: Proportions) -> None:
+def _console(scene: Scene, sizes: Proportions, view: View, canvas: Canvas) -> None:
     """A console whose front is cut away, so that the slot and its contacts are seen."""
     socket = scene.socket
     assert socket is not None
