@@ -24,12 +24,11 @@ from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
 from forcelab.gui.layout import (
-    ProgressBar,
+    ProgressRow,
     copyable,
     emphasise,
     fill_layout,
     muted_label,
-    push_button,
     sentence_label,
     set_enabled_with_reason,
     tool_button,
@@ -42,17 +41,12 @@ from forcelab.gui.widgets import show_text
 from forcelab.jobs import Progress
 
 
-class SampleProgress(QWidget):
-    """A progress bar and Cancel; hidden while no sample project is being made."""
+class SampleProgress(ProgressRow):
+    """How far the sample project is made; hidden while none is being made."""
 
     def __init__(self, opening: ProjectActions) -> None:
-        super().__init__()
-        self.bar = ProgressBar("Progress of the sample project")
+        super().__init__("the sample project", opening.cancel_sample)
         self.bar.setMinimumWidth(280)
-        self.cancel = push_button("Cancel", opening.cancel_sample, "Cancel the sample project")
-        fill_layout(QHBoxLayout(self), (self.bar, 1), self.cancel, margins=0)
-        self.bar.show()  # together with Cancel: only now it is no window of its own
-        self.setVisible(False)
 
     def show_progress(self, progress: Progress | None) -> None:
         """Show the progress; None when it is over."""
@@ -83,7 +77,7 @@ class Welcome(QWidget):
         )
         self._trouble = copyable()
         self._trouble.setProperty("tone", "trouble")
-        self._trouble.setVisible(False)
+        self._trouble.hide()
         self._sample_button = self._button(
             "Try the sample project", "", lambda: opening.make_sample(sample_place()), "play"
         )

@@ -35,8 +35,8 @@ class CalmLabel(QLabel):
         self.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
 
 
-def show_text(label: QLabel, text: str) -> None:
-    """Show a text; hide the label if it is empty."""
+def show_text(label: QLabel | QToolButton, text: str) -> None:
+    """Show a text; hide its label or button if it is empty."""
     if label.text() != text:
         label.setText(text)
         label.setAccessibleName(text)
