@@ -94,8 +94,18 @@ class ExceptionHook(QObject):
         sys.excepthook = self._on_error
         threading.excepthook = self._on_thread
         qInstallMessageHandler(self._on_message)
+        before = self._before
+
+        def uninstall() -> None:
+            """Restore the hooks and close the log."""
+            sys.excepthook, threading.excepthook = before
+            qInstallMessageHandler(None)
+            log.removeHandler(handler)
+            log.setLevel(level)
+            handler.close()
+
         # Not a method: this object is gone by then, and its methods with it.
-        window.destroyed.connect(_uninstall(self._before, handler, level))
+        window.destroyed.connect(uninstall)
 
     def _on_error(
         self, kind: type[BaseException], error: BaseException, trace: TracebackType | None
@@ -180,23 +190,6 @@ def _handler(path: Path) -> logging.Handler:
         handler = logging.StreamHandler()
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(threadName)s %(message)s"))
     return handler
-
-
-def _uninstall(
-    before: tuple[Callable[..., object], Callable[..., object]],
-    handler: logging.Handler,
-    level: int,
-) -> Callable[[], None]:
-    """A function that restores the hooks and closes the log."""
-
-    def undo() -> None:
-        sys.excepthook, threading.excepthook = before
-        qInstallMessageHandler(None)
-        log.removeHandler(handler)
-        log.setLevel(level)
-        handler.close()
-
-    return undo
 
 
 class FaultDialog(QDialog):
