@@ -298,11 +298,10 @@ class DemonstrationModel(QAbstractItemModel):
         if role == Qt.ItemDataRole.AccessibleTextRole:
             return "; ".join(_facts(item, open_=self._is_open(item)))
         if role == Qt.ItemDataRole.ToolTipRole:
-            lines = [escape(line) for line in _facts(item, open_=self._is_open(item))]
-            lines += [escape(line) for line in _details(item)]
-            return f"<p style='white-space: pre-wrap'><b>{lines[0]}</b><br/>" + (
-                "<br/>".join(lines[1:]) + "</p>"
-            )
+            facts = _facts(item, open_=self._is_open(item))
+            lines = [*map(escape, facts), *map(escape, _details(item))]
+            lines[0] = f"<b>{lines[0]}</b>"
+            return f"<p style='white-space: pre-wrap'>{'<br/>'.join(lines)}</p>"
         return None
 
     def _is_open(self, item: DemonstrationRow | TaskGroup) -> bool:

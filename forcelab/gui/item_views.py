@@ -28,7 +28,6 @@ from PySide6.QtGui import (
     QGuiApplication,
     QKeyEvent,
     QPainter,
-    QPen,
     QPolygonF,
 )
 from PySide6.QtWidgets import (
@@ -43,6 +42,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui.document import Document
+from forcelab.gui.figures.axes import curve_pen
 from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.figures.text import elided_name
 from forcelab.gui.layout import fill_layout, whole_rows
@@ -80,9 +80,7 @@ def paint_chevron(painter: QPainter, centre: QPointF, height: float, expanded: b
     """Paint an angle that points down where rows are expanded, else to their title."""
     a, b = 0.22 * height, 0.11 * height
     points = [(-a, -b), (0.0, b), (a, -b)] if expanded else [(-b, -a), (b, 0.0), (-b, a)]
-    pen = QPen(QColor(colours().muted), max(1.4, 0.09 * height))
-    pen.setCapStyle(Qt.PenCapStyle.RoundCap)
-    painter.setPen(pen)
+    painter.setPen(curve_pen(QColor(colours().muted), max(1.4, 0.09 * height)))
     painter.drawPolyline(QPolygonF([centre + QPointF(x, y) for x, y in points]))
 
 
