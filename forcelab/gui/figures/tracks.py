@@ -234,10 +234,7 @@ def plate(painter: QPainter, bar: QRectF, width: float, style: LabelStyle) -> No
 
 def _line(colour: QColor, thickness: float) -> QPen:
     """A pen whose lines end where they end."""
-    pen = QPen(colour, thickness)
-    pen.setCapStyle(Qt.PenCapStyle.FlatCap)
-    pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
-    return pen
+    return QPen(colour, thickness, c=Qt.PenCapStyle.FlatCap, j=Qt.PenJoinStyle.MiterJoin)
 
 
 def _fill(painter: QPainter, bars: Sequence[QRectF], colour: QColor) -> None:
