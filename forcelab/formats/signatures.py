@@ -11,6 +11,7 @@ import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib import import_module
+from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
@@ -76,6 +77,14 @@ def is_lerobot_folder(path: Path) -> bool:
 def lerobot_folder(path: Path) -> Path:
     """The dataset's folder, which its ``meta/info.json`` stands for."""
     return path.parent.parent if path.parts[-2:] == ("meta", "info.json") else path
+
+
+def lerobot_dataset_of(path: Path) -> Path | None:
+    """The LeRobot dataset to whose data, videos or metadata a file belongs, if it does."""
+    for inner, folder in pairwise(path.absolute().parents):
+        if inner.name in ("data", "videos", "meta") and is_lerobot_folder(folder):
+            return folder
+    return None
 
 
 def announced_kind(head: bytes) -> str:

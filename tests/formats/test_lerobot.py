@@ -5,6 +5,7 @@ import json
 import multiprocessing
 import os
 import random
+import re
 import shutil
 import signal
 import sys
@@ -128,6 +129,23 @@ def test_the_description_stands_for_the_folder(tmp_path):
     assert [r.demonstration.id for r in named] == [
         r.demonstration.id for r in read(tmp_path / "pen")
     ]
+
+
+@pytest.mark.parametrize("name", ["data/chunk-000/file-000.parquet", "meta/tasks.parquet"])
+def test_of_a_file_of_a_dataset_it_is_said_to_import_the_dataset(tmp_path, monkeypatch, name):
+    write_dataset(tmp_path / "pen")
+    folder, _, file = name.rpartition("/")
+    monkeypatch.chdir(tmp_path / "pen" / folder)
+    sentence = f"'{file}' belongs to the LeRobot dataset '{tmp_path / 'pen'}'; import that folder"
+    with pytest.raises(InputError, match=re.escape(sentence)):
+        read(file)
+
+
+def test_a_file_of_a_dataset_is_read_as_a_table_where_that_is_asked_for(tmp_path):
+    write_dataset(tmp_path / "pen", per_file=1)
+    file = tmp_path / "pen/data/chunk-000/file-000.parquet"
+    (recording,) = read(file, ReadOptions(format="parquet"))
+    assert recording.demonstration.times.size == 12
 
 
 def test_signals_are_chosen_by_feature_or_by_number(tmp_path):
