@@ -39,6 +39,8 @@ _STARTS: Final[tuple[tuple[bytes, str], ...]] = (
         b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1",
         "an old Excel or Word file, whose tables can be saved as .xlsx or CSV",
     ),
+    (b"FEA1", "a Feather file of version 1 (pandas writes it again by to_feather or to_parquet)"),
+    (b"PathFileType", "a TRC file, which holds markers only (forces are in a MOT, STO or C3D)"),
     (b"\x1aE\xdf\xa3", "a Matroska or WebM video"),
     (b"OggS", "an Ogg recording"),
     (b"fLaC", "a FLAC recording"),
