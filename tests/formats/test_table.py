@@ -692,6 +692,16 @@ def test_a_title_above_the_header_is_no_level_of_it(table, header, remarks):
         assert expected in remark
 
 
+def test_ground_forces_of_opensim_have_their_units(table):
+    names = ["ground_force_vx", "ground_force_px", "1_ground_torque_y", "knee_angle_r"]
+    rows = "".join(f"{i / 100:.8f}\t{i % 7 / 4}\t0.5\t{i % 9 / 4}\t12.5\n" for i in range(20))
+    head = "walk_grf\nversion=1\nnRows=20\nnColumns=5\ninDegrees=yes\nendheader\n"
+    recording = read_single(table(head + "\t".join(["time", *names]) + "\n" + rows, "walk.mot"))
+    units = ["N", "m", "Nm", ""]
+    assert channels(recording) == list(zip(names, units, strict=True))
+    assert recording.demonstration.rate == pytest.approx(100)
+
+
 def vicon(samples, after=""):
     """Two forces at 1 kHz beside video at 100 Hz, as Vicon exports them."""
     rows = [f"{i // 10 + 1},{i % 10},{i % 7 / 4},{i % 9 / 4}\n" for i in samples]
