@@ -660,7 +660,7 @@ def test_a_remark_names_no_option_of_the_command_line(german, until):
     path.write_text(path.read_text().replace("Paket", "Wert"))
     import_button(german).click()
     until(lambda: "1 demonstration imported" in report(german))
-    assert "if it is a signal, import it as one (Read as: signal)" in report(german)
+    assert "import what is a signal as one (Read as: signal)" in report(german)
 
 
 def test_a_file_whose_signals_are_not_plain_names_no_option_either(open_on, tmp_path):
