@@ -485,13 +485,17 @@ class PairDetails(QWidget):
         self.places = IntervalTable("Places where the two differ")
         self.places.interval_chosen.connect(document.review.examine)
         self._count = sentence_label(muted=True)
-        time = fill_layout(QVBoxLayout(), self.title, self.frames, self.alone, spacing=4)
-        actions = fill_layout(QVBoxLayout(), self.each, self.bars, spacing=4)
-        boundaries = fill_layout(QVBoxLayout(), self.offsets, self.histogram, spacing=4)
         row = fill_layout(QHBoxLayout(), self.kinds, (self._count, 1))
-        differences = fill_layout(QVBoxLayout(), row, (self.places, 1), spacing=4)
-        parts = time, actions, boundaries, self.segments, (differences, 1)
-        fill_layout(QVBoxLayout(self), *parts, margins=0, spacing=8)
+        frames = self.title, self.frames, self.alone
+        column = fill_layout(QVBoxLayout(self), *frames, margins=0, spacing=4)
+        for group in (
+            (self.each, self.bars),
+            (self.offsets, self.histogram),
+            (self.segments,),
+            (row, (self.places, 1)),
+        ):
+            column.addSpacing(4)
+            fill_layout(column, *group)
 
     def show_pair(self, pair: PairAgreement, names: Mapping[str, str]) -> None:
         """Show two coders; `names` are the demonstrations' by id."""
