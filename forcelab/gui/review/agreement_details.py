@@ -449,8 +449,8 @@ class CoderMatrix(PanelPlot):
 MOST_INTERVALS = 2000
 
 
-def sentence_label(muted: bool = False) -> QLabel:
-    """A label that wraps; its text can be selected with the mouse."""
+def unfocused_label(muted: bool = False) -> QLabel:
+    """A label to copy from that leaves the keyboard where it is."""
     label = copyable()
     label.setFocusPolicy(Qt.FocusPolicy.NoFocus)
     if muted:
@@ -466,12 +466,12 @@ class PairDetails(QWidget):
         self.document = document
         self._pair: PairAgreement | None = None
         self._names: Mapping[str, str] = {}
-        self.title = sentence_label()
+        self.title = unfocused_label()
         emphasise(self.title)
-        self.frames, self.alone = sentence_label(), sentence_label()
-        self.each, self.bars = sentence_label(), ActionBars()
-        self.offsets, self.histogram = sentence_label(), OffsetHistogram()
-        self.segments = sentence_label()
+        self.frames, self.alone = unfocused_label(), unfocused_label()
+        self.each, self.bars = unfocused_label(), ActionBars()
+        self.offsets, self.histogram = unfocused_label(), OffsetHistogram()
+        self.segments = unfocused_label()
         self.kinds = combo_box(
             "Which places are listed",
             {
@@ -484,7 +484,7 @@ class PairDetails(QWidget):
         self.kinds.activated.connect(self._list)
         self.places = IntervalTable("Places where the two differ")
         self.places.interval_chosen.connect(document.review.examine)
-        self._count = sentence_label(muted=True)
+        self._count = unfocused_label(muted=True)
         row = fill_layout(QHBoxLayout(), self.kinds, (self._count, 1))
         frames = self.title, self.frames, self.alone
         column = fill_layout(QVBoxLayout(self), *frames, margins=0, spacing=4)
@@ -609,7 +609,7 @@ class ConsistencyView(QWidget):
         self._names: Mapping[str, str] = {}
         self.coder = combo_box("Coder", {})
         self.coder.activated.connect(self._show)
-        about = sentence_label(muted=True)
+        about = unfocused_label(muted=True)
         about.setText(
             "± is the spread of an action's durations, as a share of their mean. A low one "
             "means that its segments are about as long each time."
@@ -621,7 +621,7 @@ class ConsistencyView(QWidget):
         self.durations.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         high = self.durations.verticalHeader().defaultSectionSize()
         self.durations.setMinimumHeight(round(6.5 * high))  # where there is less room, all scrolls
-        self._odd = sentence_label()
+        self._odd = unfocused_label()
         self.places = IntervalTable("Segments that stand out")
         self.places.interval_chosen.connect(document.review.examine)
         parts = self.coder, about, (self.durations, 1), self._odd, (self.places, 1)
