@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import unquote
 
-from PySide6.QtCore import QEvent, QPoint, QSize, Qt, Signal
+from PySide6.QtCore import QPoint, QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -46,6 +46,7 @@ from forcelab.gui.layout import (
     resize_on_screen,
     run_dialog,
     search_field,
+    sentence_label,
     set_enabled_with_reason,
     toned_label,
 )
@@ -80,19 +81,12 @@ class DeviceRows(QListWidget):
         themes().changed.connect(self._colour)
         self._colour()
 
-    def event(self, event: QEvent) -> bool:
+    def keeps(self, event: QKeyEvent) -> bool:
         """Delete is for the rows before it is for a command of the window."""
-        if (
-            isinstance(event, QKeyEvent)
-            and event.type() == QEvent.Type.ShortcutOverride
-            and event.matches(QKeySequence.StandardKey.Delete)
-        ):
-            event.accept()
-            return True
-        return super().event(event)
+        return event.matches(QKeySequence.StandardKey.Delete)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        if event.matches(QKeySequence.StandardKey.Delete):
+        if self.keeps(event):
             self.delete_pressed.emit()
         else:
             super().keyPressEvent(event)
@@ -184,11 +178,10 @@ class RecordedDeviceDialog(QDialog):
         self._document = document
         self._infos: Sequence[DemonstrationInfo] = ()
         self._row = 0  # of the chosen project
-        what = QLabel(
+        what = sentence_label(
             "It plays in real time with the channels, units and rate it was recorded with, as if "
             "its sensors were plugged in."
         )
-        what.setWordWrap(True)
         self.project = ElidedComboBox()
         self.project.setAccessibleName("Project of the demonstration")
         self._list_projects()
@@ -346,11 +339,10 @@ class DeviceList(QWidget):
         self.rows.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         self.rows.customContextMenuRequested.connect(self._show_menu)
         self.rows.delete_pressed.connect(self._remove)
-        self.nothing = QLabel(
+        self.nothing = sentence_label(
             "Nothing was found; plug a device in, or add one below. Without any, a recorded "
             "demonstration plays as if its sensors were plugged in."
         )
-        self.nothing.setWordWrap(True)
         heading = QLabel("Devices")
         emphasise(heading)
         top = fill_layout(QHBoxLayout(), (heading, 1), self.refresh_button)
@@ -491,9 +483,8 @@ class DeviceList(QWidget):
         remove = menu.addAction("Remove", self._remove)
         remove.setShortcut(QKeySequence(QKeySequence.StandardKey.Delete))
         by_hand = item is not None and found_as(item) is None
-        set_enabled_with_reason(
-            remove, "" if by_hand else "Only devices added by hand are removed."
-        )
+        plugged = "" if by_hand else "Only devices added by hand are removed."
+        set_enabled_with_reason(remove, plugged)
         return menu
 
     def _remove(self) -> None:
@@ -572,9 +563,8 @@ class DeviceList(QWidget):
         sends_raw = any(map(sends_counts, self.rows.all_items()))
         self.calibration_button.setVisible(self._choosing and sends_raw)
         counts = item is not None and sends_counts(item)
-        set_enabled_with_reason(
-            self.calibration_button, "" if counts else "Choose a device that sends raw counts."
-        )
+        choose = "" if counts else "Choose a device that sends raw counts."
+        set_enabled_with_reason(self.calibration_button, choose)
 
 
 def _find_devices() -> Generator[None, None, tuple[tuple[FoundPort, ...], tuple[FoundCamera, ...]]]:

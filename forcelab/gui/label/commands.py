@@ -57,9 +57,7 @@ def handlers(
         "zoom_fit": document.view.fit,
         "range_in": document.view.mark_in,
         "range_out": document.view.mark_out,
-        "fine_nudges": lambda: segment_commands.set_fine_nudges(
-            document, not document.view.fine_nudges
-        ),
+        "fine_nudges": partial(segment_commands.switch_fine_nudges, document),
         "snapping": lambda: document.view.set_snapping(not document.view.snapping),
         "split": lambda: document.editor.split(document.view.cursor),
         "fill_gaps": partial(ask_largest_gap, window, document),

@@ -42,7 +42,6 @@ from forcelab.gui.label.scalogram_painting import (
     FrequencyAxis,
     ScalogramLayers,
     amount_text,
-    colour_range,
     draw_bar,
 )
 from forcelab.gui.label.segment_panel import SignalPanel
@@ -274,13 +273,6 @@ def _resolution_text(picture: Scalogram) -> str:
     return f"largest of {each:.0f} samples a pixel"
 
 
-def readout_ends(low: float, high: float, phase: bool) -> tuple[str, str]:
-    """The texts at the legend's ends; `low` and `high` are decimal logarithms."""
-    if phase:
-        return "\N{MINUS SIGN}\N{GREEK SMALL LETTER PI}", "\N{GREEK SMALL LETTER PI}"
-    return amount_text(10.0**low), f"|W| {amount_text(10.0**high)}"
-
-
 #: Rows of a picture at least and at most; one for every two pixels of the screen between.
 LEAST_ROWS, MOST_ROWS = 24, 160
 #: Height of the button above the axis, in pixels.
@@ -310,7 +302,6 @@ class ScalogramPanel(SignalPanel):
         self._frequencies.setWidth(self.gutter)
         self._frequencies.linkToView(self._box)
         self.addItem(self._frequencies)
-        self._ranged: tuple[Scalogram, bool, tuple[float, float]] | None = None
         self._trouble = self._note = ""  # what went wrong, and what was approximated
         self._request_due = False  # a picture that was not asked for while the window was minimised
         self._loader = ScalogramLoader(jobs, self._request, self)
@@ -398,7 +389,7 @@ class ScalogramPanel(SignalPanel):
     def invalidate(self, *_: object) -> None:
         """Draw again, with axis and cone for the rate and the recording."""
         is_open, picture = self.document.demonstration is not None, self.picture
-        self._note = "" if picture is None else readout_note(picture, self._range()[1])
+        self._note = "" if picture is None else readout_note(picture, self._layers.ends[1])
         for item in (self._box, self._frequencies):
             item.setVisible(is_open)
         if is_open:
@@ -535,15 +526,9 @@ class ScalogramPanel(SignalPanel):
 
     def _ends(self) -> tuple[str, str] | None:
         """The texts at the legend's ends; None where the range is not known."""
-        if not self._phase and self._loader.view is None:
+        if self._phase:
+            return "\N{MINUS SIGN}\N{GREEK SMALL LETTER PI}", "\N{GREEK SMALL LETTER PI}"
+        if self._loader.view is None:
             return None
-        return readout_ends(*self._range(), self._phase)
-
-    def _range(self) -> tuple[float, float]:
-        """Decimal logarithms of the magnitudes for the first and the last colour."""
-        picture, steady = self.picture, self._steady
-        if picture is None:
-            return -1.0, 0.0
-        if self._ranged is None or self._ranged[0] is not picture or self._ranged[1] != steady:
-            self._ranged = picture, steady, colour_range(picture, steady)
-        return self._ranged[2]
+        least, largest = (amount_text(10.0**end) for end in self._layers.ends)
+        return least, f"|W| {largest}"

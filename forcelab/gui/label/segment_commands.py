@@ -227,12 +227,11 @@ def nudge(document: Document, part: Literal["start", "end", "both"], count: int)
     return index is not None and document.nudge(index, part, count * step)
 
 
-def set_fine_nudges(document: Document, fine: bool) -> bool:
+def switch_fine_nudges(document: Document) -> None:
     """Switch between finer steps and the usual ones."""
-    document.view.fine_nudges = fine
-    step = 1000 * (FINE_NUDGE if fine else NUDGE)
+    document.view.fine_nudges = not document.view.fine_nudges
+    step = 1000 * (FINE_NUDGE if document.view.fine_nudges else NUDGE)
     document.show_local_message(f"Edges move by {step:g} ms.")
-    return True
 
 
 def selection(document: Document) -> tuple[float, float] | None:
