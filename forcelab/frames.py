@@ -19,7 +19,8 @@ from forcelab.formats.samples import LABELS_OF
 from forcelab.labels import Segment, Track, model_author, to_codes
 from forcelab.project import Origin, Project
 from forcelab.recognition.examples import LabelledDemonstration
-from forcelab.recognition.intervals import METRICS, Intervals, look_up
+from forcelab.recognition.intervals import Intervals
+from forcelab.recognition.metrics import METRICS, look_up
 from forcelab.recognition.results import Evaluation
 from forcelab.review.run_result import RunResult
 from forcelab.text import unknown_word

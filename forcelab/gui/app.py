@@ -16,9 +16,7 @@ from types import FrameType
 
 import shiboken6
 from PySide6.QtCore import (
-    QBuffer,
     QEventLoop,
-    QIODevice,
     QMessageLogContext,
     QSize,
     QSocketNotifier,
@@ -33,6 +31,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from forcelab.errors import InputError
 from forcelab.gui import theme
 from forcelab.gui.exception_hook import ExceptionHook
+from forcelab.gui.figures.figure import encode_png
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.layout import resize_on_screen
 from forcelab.gui.preferences import TEXT_SIZE, THEME
@@ -228,10 +227,7 @@ def draw(window: Window, options: LaunchOptions, path: Path) -> None:
         image = _image(window, options, path)
     finally:
         window.close()
-    buffer = QBuffer()
-    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
-    image.save(buffer, "PNG")
-    write_atomically(path, bytes(buffer.data().data()))
+    write_atomically(path, encode_png(image.toImage()))
 
 
 def _image(window: Window, options: LaunchOptions, path: Path) -> QPixmap:

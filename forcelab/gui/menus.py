@@ -125,8 +125,8 @@ class ToolBar(QToolBar):
                 # Not the command's own action, whose key says why where this one is disabled.
                 button = self.buttons[id_] = self.addAction(icon(name), text)
                 button.triggered.connect(commands[id_].trigger)
-                commands[id_].changed.connect(lambda b=button, c=commands[id_]: _name(b, c))
-                _name(button, commands[id_])
+                commands[id_].changed.connect(lambda b=button, c=commands[id_]: _copy_tips(b, c))
+                _copy_tips(button, commands[id_])
             else:
                 self.addSeparator()
         view, review = document.view, document.review
@@ -155,7 +155,7 @@ class ToolBar(QToolBar):
             set_enabled_with_reason(button, self._obstacle(id_))
 
 
-def _name(button: QAction, command: QAction) -> None:
+def _copy_tips(button: QAction, command: QAction) -> None:
     """Say in a button's tooltip all that the command does, and its key."""
     button.setToolTip(command.toolTip())
     button.setStatusTip(command.statusTip())

@@ -122,21 +122,22 @@ class _Themes(QObject):
             hints.colorSchemeChanged.connect(self._follow)
             self._begun = True
         # What the system draws, such as the window's frame, goes along.
-        if choice == "system":
-            hints.unsetColorScheme()
-        else:
-            hints.setColorScheme(Qt.ColorScheme.Dark if choice == "dark" else Qt.ColorScheme.Light)
-        self._put_on(app)
+        schemes = {"light": Qt.ColorScheme.Light, "dark": Qt.ColorScheme.Dark}
+        hints.setColorScheme(schemes.get(choice, Qt.ColorScheme.Unknown))
+        self._apply_colours(app)
 
     def _follow(self) -> None:
         """Follow the system between light and dark."""
         app = QApplication.instance()
         if self.choice == "system" and isinstance(app, QApplication):
-            self._put_on(app)
+            self._apply_colours(app)
 
-    def _put_on(self, app: QApplication) -> None:
+    def _apply_colours(self, app: QApplication) -> None:
         """Give the application the colours of the choice."""
-        self.colours = _chosen(self.choice)
+        dark = self.choice == "dark"
+        if self.choice == "system":
+            dark = _system() == Qt.ColorScheme.Dark
+        self.colours = DARK if dark else LIGHT
         app.setPalette(palette(self.colours))
         for kind in FRAMED:
             app.setPalette(framed(self.colours), kind)  # type: ignore[arg-type]  # its stub is wrong
@@ -171,12 +172,6 @@ def apply_to_application(window: QWidget) -> None:
     application, instead of on windows that are complete, it would double what that takes.
     """
     window.setStyleSheet(_sheet(colours()))
-
-
-def _chosen(choice: str) -> Colours:
-    if choice == "system":
-        return DARK if _system() == Qt.ColorScheme.Dark else LIGHT
-    return DARK if choice == "dark" else LIGHT
 
 
 def _system() -> Qt.ColorScheme:

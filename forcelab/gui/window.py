@@ -114,9 +114,8 @@ class Window(FileDrop, DockedWindow):
         self.setAcceptDrops(True)
         # There from the start: nothing moves when it first says something.
         self.setStatusBar(self._status_line)
-        self.statusBar().addPermanentWidget(self._sample)
-        self.statusBar().addPermanentWidget(self.review.indicator)
-        self.statusBar().addPermanentWidget(self.capture.indicator)
+        for shown in (self._sample, self.review.indicator, self.capture.indicator):
+            self._status_line.addPermanentWidget(shown)
         self.capture.indicator.clicked.connect(partial(self.show_workspace, "capture"))
         self.review.indicator.clicked.connect(partial(self.show_workspace, "review"))
         GuideKey(self, self._show_guide)
@@ -139,11 +138,11 @@ class Window(FileDrop, DockedWindow):
                 return False
         if project is None or not self.opening.open(project, start.demonstration):
             return False
-        low, high = self.document.view.bounds
-        at = low if start.at is None else min(max(start.at, low), high)
+        view = self.document.view
+        at = view.bounds[0] if start.at is None else view.within(start.at)
         if start.span is not None:
-            self.document.view.set_span(at - start.span / 2, at + start.span / 2)
-        self.document.view.seek(at)
+            view.set_span(at - start.span / 2, at + start.span / 2)
+        view.seek(at)
         return True
 
     def show_workspace(self, name: str) -> None:

@@ -90,7 +90,6 @@ class Figure(ABC):
 
     def draw(self, painter: QPainter) -> None:
         """Draw the figure with its background, on screen or paper."""
-        text.ensure_application()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setRenderHint(QPainter.RenderHint.TextAntialiasing)
         painter.fillRect(QRectF(0, 0, *_rounded_up(self.size)), QColor(self.theme.background))
@@ -166,9 +165,13 @@ class Figure(ABC):
         return bytes(buffer.data().data())
 
     def _png(self) -> bytes:
-        buffer = _buffer()
-        QImageWriter(buffer, b"PNG").write(self.image())
-        return bytes(buffer.data().data())
+        return encode_png(self.image())
+
+
+def encode_png(image: QImage) -> bytes:
+    buffer = _buffer()
+    QImageWriter(buffer, b"PNG").write(image)
+    return bytes(buffer.data().data())
 
 
 def _rounded_up(size: QSizeF) -> tuple[int, int]:
