@@ -143,10 +143,10 @@ class Width(NamedTuple):
     #: changes along z.
     half: Array
     slope: Array
-    #: left and left_slope: (n,), how much of the body is left for the jaws to press on, from 1 to
+    #: rest and rest_slope: (n,), how much of the body is left for the jaws to press on, from 1 to
     #: 0, and how that changes along z, 1/m.
-    left: Array
-    left_slope: Array
+    rest: Array
+    rest_slope: Array
     #: (n,), how far the jaws are from the tip, m; beyond it, where it is negative, nothing is left.
     tip: Array
 
@@ -154,8 +154,8 @@ class Width(NamedTuple):
 def width_at(up: Array, half_width: Array, profile: SimpleNamespace) -> Width:
     """Width at the height of the jaws.
 
-    ``(w0 + (1 -+ lopsided) (waviness w0 sin(2 pi up / wavelength) + rim R(up))) left(up)``, where
-    R rises and `left` falls like a minimum-jerk reach over the lengths of rim and taper.
+    ``(w0 + (1 -+ lopsided) (waviness w0 sin(2 pi up / wavelength) + rim R(up))) rest(up)``, where
+    R rises and `rest` falls like a minimum-jerk reach over the lengths of rim and taper.
 
     `up` (n,): height of the jaws over where they first gripped, m; `half_width` (b,): w0, m;
     `profile` (b,): the numbers of `Profile`.
@@ -172,9 +172,9 @@ def width_at(up: Array, half_width: Array, profile: SimpleNamespace) -> Width:
     uneven_slope = wave * k * np.cos(turns) + profile.rim * rim_slope
     share = np.stack([1.0 - profile.lopsided, 1.0 + profile.lopsided])
     full = half_width + share * uneven
-    left = 1.0 - gone
-    slope = share * uneven_slope * left - full * gone_slope
-    return Width(full * left, slope, left, -gone_slope, profile.taper - over)
+    rest = 1.0 - gone
+    slope = share * uneven_slope * rest - full * gone_slope
+    return Width(full * rest, slope, rest, -gone_slope, profile.taper - over)
 
 
 def _step(along: Array, length: Array) -> tuple[Array, Array]:
@@ -254,11 +254,11 @@ def state_scales(layout: Layout, numbers: SimpleNamespace) -> Array:
 
 
 #: Bristles bent to this share of what they bear slip; below it they stick.
-SLIP = 0.95
+SLIP_SHARE = 0.95
 #: Below this normal force, N, nothing is said to slip, as there is nothing to be felt.
-FAINTEST = 0.05
+FAINTEST_GRIP = 0.05
 #: A body this far above the table has left its socket, m.
-CLEAR = 5e-4
+CLEARANCE = 5e-4
 
 ENTERS, LEAVES = "into the socket", "out of the socket"
 
@@ -279,15 +279,21 @@ def event_meanings(layout: Layout) -> tuple[tuple[str, str], ...]:
     return tuple(names)
 
 
-def slip_margin(bristles: Array, limit: Array, pads: SimpleNamespace, normal: Array) -> Array:
+def friction_limit(velocity: Array, pads: SimpleNamespace) -> Array:
+    """The coefficient of friction that bristles can bear, (...), at velocities (axes, ...), m/s."""
+    return contact.bristle_limit(contact.length(velocity), pads.static, pads.kinetic, pads.stribeck)
+
+
+def slip_margin(bristles: Array, velocity: Array, pads: SimpleNamespace, normal: Array) -> Array:
     """Above zero where a jaw slips on the body, shape (2, n).
 
-    `bristles` (directions, 2, n); `limit` (n,): the coefficient of friction that they can bear;
-    `pads` (b,): the numbers of `Pads`; `normal` (2, n): N. The function fades with it, so that
-    losing contact ends the slip without a jump.
+    `bristles` (directions, 2, n); `velocity` (directions, n): m/s; `pads` (b,): the numbers of
+    `Pads`; `normal` (2, n): N. The function fades with it, so that losing contact ends the slip
+    without a jump.
     """
-    fade = np.minimum(normal / FAINTEST, 1.0)
-    slips: Array = contact.length(bristles) * (pads.stiffness / limit) * fade - SLIP
+    limit = friction_limit(velocity, pads)
+    fade = np.minimum(normal / FAINTEST_GRIP, 1.0)
+    slips: Array = contact.length(bristles) * (pads.stiffness / limit) * fade - SLIP_SHARE
     return slips
 
 
@@ -306,7 +312,7 @@ def socket_margins(
     aside = np.minimum(clear, off - 2.0 * socket.tolerance)
     return (
         np.where(inside, socket.tolerance, near),
-        np.where(inside, np.maximum(clear - CLEAR, aside), -CLEAR),
+        np.where(inside, np.maximum(clear - CLEARANCE, aside), -CLEARANCE),
         np.where(inside, -z, 0.0) - socket.snap_depth,
     )
 
@@ -372,11 +378,11 @@ class Surfaces:
 
 
 #: Bristles that bear nothing straighten with this time constant, s.
-STRAIGHTEN = 5e-3
+STRAIGHTENING = 5e-3
 #: Share of the socket's depth over which its walls and its friction set in.
-RIM = 0.25
+RIM_SHARE = 0.25
 #: The bumps around a socket fade over this many pitches.
-BUMPY = 3.0
+BUMP_REACH = 3.0
 
 
 class Table(NamedTuple):
@@ -400,7 +406,7 @@ def table_under(place: Array, speed: Array, socket: SimpleNamespace | None) -> T
         return Table(-place[-1], -speed[-1], None)
     e = place[0] - socket.place
     k = 2.0 * np.pi / socket.pitch
-    reach = BUMPY * socket.pitch
+    reach = BUMP_REACH * socket.pitch
     far = e / reach
     cube = far * far * far  # numpy's own powers cost more than all the rest
     fade = 0.5 * socket.studs * np.exp(-far * cube)
@@ -412,23 +418,20 @@ def table_under(place: Array, speed: Array, socket: SimpleNamespace | None) -> T
 
 def sliding_friction(
     normal: Array, velocity: Array, bristles: Array, pads: SimpleNamespace
-) -> tuple[Array, Array, Array]:
+) -> tuple[Array, Array]:
     """Friction against a motion along one or more axes that share their bristles' limit.
 
     `normal` (..., n): N; `velocity`, `bristles` (axes, ..., n): m/s and m; `pads` (b,): the numbers
     of `Pads`. Gives `force`, `bristle_rate` (axes, ..., n): the force along `velocity` that drives
-    the other side, N; and m/s; `limit` (..., n): the coefficient of friction that the bristles can
-    bear at this speed.
+    the other side, N; and m/s.
     """
-    limit = contact.bristle_limit(
-        contact.length(velocity), pads.static, pads.kinetic, pads.stribeck
-    )
+    limit = friction_limit(velocity, pads)
     rate = contact.bristle_rate(velocity, bristles, pads.stiffness, limit)
     force = contact.lugre(
         normal, velocity, bristles, rate, pads.stiffness, pads.damping, pads.viscous
     )
-    rate -= bristles * ((normal <= 0.0) * (1.0 / STRAIGHTEN))
-    return force, rate, limit
+    rate -= bristles * ((normal <= 0.0) * (1.0 / STRAIGHTENING))
+    return force, rate
 
 
 def socket_push(
@@ -448,7 +451,7 @@ def socket_push(
     pushed out again, as by a chamfer.
     """
     depth, x, askew = -place[2], place[0], place[1] - socket.place
-    rim = RIM * socket.depth
+    rim = RIM_SHARE * socket.depth
     u = np.maximum(depth / rim, 0.0)
     np.minimum(u, 1.0, out=u)
     entered = u * u * (3.0 - 2.0 * u) * inside
@@ -568,13 +571,10 @@ class Mechanics:
         pads = self._pads
         if pads is not None:
             bristles = states[self._rub].reshape(-1, 2, len(times))
-            speed = contact.length(self._sliding(states))
-            limit = contact.bristle_limit(speed, pads.static, pads.kinetic, pads.stribeck)
-            rows += list(slip_margin(bristles, limit, pads, instant.normal))
+            rows += list(slip_margin(bristles, self._sliding(states), pads, instant.normal))
         if self.layout.thread:
-            speed, screw = np.abs(states[2 * self.dof - 1]), self._screw
-            bears = contact.bristle_limit(speed, screw.static, screw.kinetic, screw.stribeck)
-            rows.append(np.abs(states[-1]) * screw.stiffness / bears - SLIP)
+            limit = friction_limit(states[2 * self.dof - 1 : 2 * self.dof], self._screw)
+            rows.append(np.abs(states[-1]) * self._screw.stiffness / limit - SLIP_SHARE)
         if self.layout.ground:
             rows.append(instant.table.depth)
         if self.layout.socket:
@@ -588,8 +588,8 @@ class Mechanics:
         `times` (n,): one for each lane, or any number for a system of one lane; `states` (s, n).
         Gives ``rates`` (s, n); of the jaws ``depth`` and ``normal`` (2, n), m and N, ``touch``
         (n,), by how much they overlap, ``pressed`` (2, n), all that presses on them, and ``tap``.
-        Where jaws rub, ``friction`` (directions, 2, n) on the body and its ``limit`` (n,). Where
-        there is a table, ``ground`` (n,), how deep the body stands in it.
+        Where jaws rub, ``friction`` (directions, 2, n) on the body. Where there is a table,
+        ``table``, how the body stands on it.
         """
         p, count, d = self._p, self.dof, self._x
         q, v = states[:count], states[count : 2 * count]
@@ -661,7 +661,7 @@ class Mechanics:
         if p.profile is not None:
             along, passing = bodies[:, d - 1] - bodies[:, -1]
             instant.width = width_at(along, half, p.profile)
-            half, stiffness = instant.width.half, stiffness * instant.width.left
+            half, stiffness = instant.width.half, stiffness * instant.width.rest
             depth_rate += instant.width.slope * passing
         instant.depth = half - near
         instant.normal = contact.hunt_crossley(
@@ -692,13 +692,13 @@ class Mechanics:
             table, rubbing = instant.load, states[count + d : count + d + len(slides)]
         if self.layout.socket:
             walls = states[-1] * states[2 * count - 1], states[-2]
-        friction, rate, limit = sliding_friction(
+        friction, rate = sliding_friction(
             surfaces.normal(instant.normal, table, instant.hold if walls else None),
             surfaces.beside(sliding[:, None], rubbing, walls[0] if walls else None),
             surfaces.beside(bristles, slides, walls[1] if walls else None),
             surfaces.pads,
         )
-        instant.limit, instant.friction = limit[0], surfaces.jaws(friction)
+        instant.friction = surfaces.jaws(friction)
         instant.rates[self._rub] = surfaces.jaws(rate).reshape(2 * len(sliding), -1)
         if not self.layout.thread:
             friction_sum = instant.friction[:, 0] + instant.friction[:, 1]
@@ -715,7 +715,7 @@ class Mechanics:
         """Push tongs and body apart along z where the body's width varies."""
         body, width = self._p.body, instant.width
         stored = contact.hunt_crossley_energy(instant.depth, body.stiffness, self._exponent)
-        instant.widening = -instant.normal * width.slope - stored * width.left_slope
+        instant.widening = -instant.normal * width.slope - stored * width.rest_slope
         push = instant.widening.sum(axis=0)
         force[self._x - 1] += push
         force[-1] -= push
@@ -724,7 +724,7 @@ class Mechanics:
         """Turn the cap: the jaws' friction turns it, the thread holds it back."""
         torque = self._p.thread.radius * instant.friction[0].sum(axis=0)
         cap_rate = states[2 * len(force) - 1]
-        held, rate, _ = sliding_friction(
+        held, rate = sliding_friction(
             self._p.thread.kinetic, cap_rate[None], states[-1:], self._screw
         )
         instant.rates[-1] = rate[0]
@@ -734,7 +734,6 @@ class Mechanics:
     def _stand(self, instant: SimpleNamespace, states: Array, force: Array) -> None:
         """Table and socket press on the body."""
         p, table = self._p, instant.table
-        instant.ground = table.depth
         normal = contact.kelvin_voigt(table.depth, table.rate, p.ground.stiffness, p.ground.damping)
         push = force[self._held]
         if p.socket is not None:

@@ -386,14 +386,10 @@ LEAD = 0.05
 #: Greatest tilt of a body that feels for its socket, rad.
 TILT = 0.14
 #: By what share it leans less half way between two places where it catches, and their distance, m.
-ROCKING = 0.4
-OVER = 0.003
+ROCKING, ROCKING_PERIOD = 0.4, 0.003
 #: How far from its place it is tilted by three quarters of that, m; up to where at all, m; and how
 #: high over the socket's rim, and how deep below it, it is upright again, m.
-OFF = 0.0012
-AROUND = 0.016
-HOVERING = 0.0012
-SUNK = 0.0006
+TILT_OFFSET, TILT_REACH, TILT_ABOVE, TILT_BELOW = 0.0012, 0.016, 0.0012, 0.0006
 
 
 @dataclass(frozen=True)
@@ -435,10 +431,10 @@ def pose_of(scene: Scene, sizes: Proportions, view: View, state: State) -> Pose:
 def _tilt(socket: Socket, y: float, z: float) -> float:
     """How far a body leans that stands on a socket's rim beside its place, rad."""
     away = y - socket.place
-    near = float(np.clip(2.0 - 2.0 * abs(away) / AROUND, 0.0, 1.0))
-    low = float(np.clip(1.0 - z / HOVERING if z > 0.0 else 1.0 + z / SUNK, 0.0, 1.0))
-    rocking = 1.0 - ROCKING * (0.5 - 0.5 * np.cos(2.0 * np.pi * away / OVER))
-    return TILT * near * low * float(rocking * np.tanh(away / OFF))
+    near = float(np.clip(2.0 - 2.0 * abs(away) / TILT_REACH, 0.0, 1.0))
+    low = float(np.clip(1.0 - z / TILT_ABOVE if z > 0.0 else 1.0 + z / TILT_BELOW, 0.0, 1.0))
+    rocking = 1.0 - ROCKING * (0.5 - 0.5 * np.cos(2.0 * np.pi * away / ROCKING_PERIOD))
+    return TILT * near * low * float(rocking * np.tanh(away / TILT_OFFSET))
 
 
 DOME = colour("119da4")
@@ -465,15 +461,13 @@ FLATTENING = 0.38
 LEANING = 6.6e-4
 LEANING_MOST = 1.05
 #: Tongs that go along the body faster than this, m/s, leave streaks if they press on it, N.
-SLIDING = 0.008
-PRESSING = 0.15
+STREAK_SPEED, STREAK_GRIP = 0.008, 0.15
 #: Seconds in which the tapping finger comes and goes, and how far it comes from, m.
-COMING = 0.28
-FAR = 0.06
+TAP_APPROACH, TAP_DISTANCE = 0.28, 0.06
 #: Seconds for which it stays on the dome, before and after the middle of the tap.
-TOUCHING = 0.018
+TAP_CONTACT = 0.018
 #: Seconds for which the tap's rays are seen, fading: three frames.
-SHINING = 0.1
+TAP_RAYS = 0.1
 
 
 class Tongs:
@@ -499,7 +493,7 @@ class Tongs:
         self.inward = [axis, -axis]
         self.contacts = [middle - axis * state.jaws[0], middle + axis * state.jaws[1]]
         self.pressed = [1.0 - float(np.exp(-max(n, 0.0) / SOFTNESS)) for n in state.normal]
-        self.sliding = state.sliding if min(state.normal) > PRESSING else 0.0
+        self.sliding = state.sliding if min(state.normal) > STREAK_GRIP else 0.0
         self.feet = [self._base(side) - 0.0042 * self.inward[side] for side in (0, 1)]
         down = 0.009 * view.scale
         self.knees = [
@@ -535,7 +529,7 @@ class Tongs:
 
     def streaks(self, canvas: Canvas) -> None:
         """Short lines behind the domes while they slide along the body."""
-        if abs(self.sliding) < SLIDING:
+        if abs(self.sliding) < STREAK_SPEED:
             return
         s, r = self.view.scale, self.sizes.dome
         back = float(np.sign(self.sliding)) * s
@@ -569,11 +563,13 @@ class Tongs:
         `since`: seconds since the tap's middle, negative before it.
         """
         away = abs(since)
-        if away >= COMING:
+        if away >= TAP_APPROACH:
             return
         s = self.view.scale
         path = np.array([0.64, 0.77])
-        distance = FAR * (max(0.0, away - TOUCHING) / (COMING - TOUCHING)) ** 1.5
+        distance = (
+            TAP_DISTANCE * (max(0.0, away - TAP_CONTACT) / (TAP_APPROACH - TAP_CONTACT)) ** 1.5
+        )
         radius = 0.0046 * s
         tip = self.contacts[0] + np.array([radius, 0.0]) + s * distance * path
         knuckle, fist = tip + 0.03 * s * path, tip + 0.045 * s * path
@@ -589,8 +585,8 @@ class Tongs:
         canvas.capsule((root, tip), (0.006 * s, radius), SKIN, SKIN_EDGE)
         nail = tip + s * np.array([0.0008, 0.0002])
         canvas.capsule((nail, nail + 0.005 * s * path), (0.0022 * s, 0.0026 * s), NAIL, SKIN_EDGE)
-        if 0.0 <= since < SHINING:
-            left = 1.0 - since / SHINING
+        if 0.0 <= since < TAP_RAYS:
+            left = 1.0 - since / TAP_RAYS
             for angle in (0.9, 1.6, 2.3):
                 ray = np.array([np.cos(angle), -np.sin(angle)])
                 start = self.contacts[0] - (0.0, 0.0035 * s)

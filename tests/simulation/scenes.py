@@ -166,7 +166,7 @@ def energy(system: Mechanics, states: np.ndarray, commands: Mapping[str, float])
     if scene.profile:
         numbers = stack_numbers([scene])
         width = width_at(q["tongs z"] - q["body z"], numbers.body.half_width, numbers.profile)
-        half, left = width.half, width.left
+        half, left = width.half, width.rest
     n = scene.body.exponent
     for depth in (half[0] - q["left jaw"] - q["body x"], half[1] - q["right jaw"] + q["body x"]):
         total = total + left * scene.body.stiffness * np.maximum(depth, 0.0) ** (n + 1) / (n + 1)
