@@ -147,6 +147,12 @@ class Walk:
         if properties.get_layout() == h5py.h5d.VIRTUAL or properties.get_external_count():
             self.leave(path, "its data lie in other files")
             return
+        filters = [properties.get_filter(place) for place in range(properties.get_nfilters())]
+        lacking = [name for code, _, _, name in filters if not h5py.h5z.filter_avail(code)]
+        if lacking:
+            kinds = listed([name.decode("ascii", "replace")[:40] for name in lacking])
+            self.leave(path, f"compressed by {kinds}, which h5py has not; write it with gzip")
+            return
         try:
             dtype, shape = data.dtype, data.shape
         except (TypeError, ValueError, RuntimeError):

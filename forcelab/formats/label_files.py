@@ -74,6 +74,7 @@ class LabelSet:
     #: to which times in the file are rounded (s): stored labels no farther from them are the same
     resolution: float = 1e-6
     tiers: tuple[str, ...] = ()  #: what its tiers are called, if it has any
+    problem: str = ""  #: why none of them can be read, as a sentence; its tracks are then empty
 
 
 @dataclass(frozen=True, slots=True)
@@ -450,6 +451,7 @@ class _Importer:
     def add(self, path: Path, labels: LabelSet, match: tuple[DemonstrationInfo, str] | str) -> None:
         """Take up the labels of one demonstration."""
         self.remarks[path] += labels.remarks
+        match = labels.problem or match
         if isinstance(match, str):
             for track in labels.tracks:
                 self._report(path, labels, None, track, "left out", match)

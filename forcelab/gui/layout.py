@@ -267,6 +267,20 @@ class YieldingSplitter(QSplitter):
             self._filled = self.saveState()
 
 
+def fill_splitter(splitter: QSplitter, parts: Sequence[QWidget], shares: Sequence[int]) -> None:
+    """Put parts into a splitter, each with its share of any room; none can be dragged away."""
+    splitter.setChildrenCollapsible(False)
+    for i, (part, share) in enumerate(zip(parts, shares, strict=True)):
+        splitter.addWidget(part)
+        splitter.setStretchFactor(i, share)
+    set_shares(splitter, shares)
+
+
+def set_shares(splitter: QSplitter, shares: Sequence[int]) -> None:
+    """Give each part its share, however large the splitter is."""
+    splitter.setSizes([1000 * share for share in shares])
+
+
 class PageOrPlaceholder(QStackedWidget):
     """A page, or a text (`note`) in its place where there is nothing to show."""
 
@@ -428,6 +442,21 @@ class ProgressBar(QProgressBar):
         """The text as far as it fits; Qt would break it into lines, and cut them."""
         room = self.width() - self.fontMetrics().height()
         return self.fontMetrics().elidedText(super().text(), Qt.TextElideMode.ElideRight, room)
+
+
+class SlimProgressBar(QProgressBar):
+    """How far a job is beside a text that says it; it runs to and fro until that is known."""
+
+    def __init__(self, name: str, width: int) -> None:
+        super().__init__(textVisible=False)
+        self.setAccessibleName(name)
+        self.setFixedWidth(width)
+        self.setMaximumHeight(8)
+
+    def show_step(self, step: Progress | None) -> None:
+        self.setRange(0, 0 if step is None else max(step.total, 1))
+        if step is not None:
+            self.setValue(min(step.done, step.total))
 
 
 class ProgressRow(QWidget):

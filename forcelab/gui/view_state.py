@@ -22,12 +22,15 @@ FEWEST_SAMPLES = 5
 PAGE, MIDDLE = 0.05, 0.5
 
 
+SnapKind = Literal["contact", "edge", "frame", "sample"]
+
+
 @dataclass(frozen=True, slots=True)
 class Snap:
     """A time that a dragged edge jumps to, in seconds, and what is there."""
 
     time: float
-    kind: Literal["contact", "edge", "frame", "sample"]
+    kind: SnapKind
 
 
 class ViewState(QObject):

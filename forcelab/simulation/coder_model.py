@@ -12,10 +12,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from forcelab.labels import Segment, Segments, Track
-from forcelab.simulation.scene import Performance
+from forcelab.simulation.scene import Array, Performance
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,8 +97,6 @@ CODERS = (
     ),
 )
 
-
-Array = NDArray[np.float64]
 
 #: Seconds before and after an edge within which a coder looks for what changes.
 LOOK = 0.1

@@ -215,6 +215,21 @@ class TestForeignFiles:
         assert "force, wrench: left out, its data lie in other files." in recording.remarks
         assert "link: left out, a link to another file." in recording.remarks
 
+    def test_what_a_filter_that_is_not_installed_compressed_is_left_out_and_named(self, path):
+        """As PyTables and pandas compress with blosc."""
+        with h5py.File(path, "w") as file:
+            file["t"], file["force"] = TIMES, FORCES
+            properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+            properties.set_chunk((4,))
+            properties.set_filter(32001, h5py.h5z.FLAG_OPTIONAL)
+            space = h5py.h5s.create_simple((4,))
+            data = h5py.h5d.create(file.id, b"wrench", h5py.h5t.IEEE_F64LE, space, properties)
+            data.write_direct_chunk((0,), b"packed")
+        recording = read_single(path)
+        assert np.array_equal(recording.demonstration.signals, FORCES)
+        assert "wrench: left out, compressed by " in recording.remarks[-1]
+        assert recording.remarks[-1].endswith(", which h5py has not; write it with gzip.")
+
     def test_circles_end(self, path):
         with h5py.File(path, "w") as file:
             file["a/t"], file["a/force"] = TIMES, FORCES

@@ -301,6 +301,10 @@ def timeline(**data):
         ([timeline()], "task 1, .*counts frames, and nothing tells how many .* 'framerate'"),
         ([timeline(fps=0)], "'fps' is 0 where a number of frames a second is expected"),
         ([server_task((1, [region("2026-11-27 10:00", "2026", "a")]))], "no number of seconds"),
+        (
+            [server_task((1, [region(1592250751951.8, 1592250752e3, "a")]))],
+            "951.8, a time since 1970",
+        ),
         ([server_task((1, [region(None, 2, "a")]))], "'start' is missing where a number"),
         ([server_task((1, [region(0, 2, "a"), region(1, 3, "b")]))], "1: Segments .* overlap"),
         ([server_task((1, [region(2, 1, "a")]))], "'annotations', 1: A segment must end after"),

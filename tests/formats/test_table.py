@@ -135,7 +135,7 @@ class TestDialects:
         pandas = ",time,fx\n0,0.0,5\n1,0.1,6\n2,0.2,7\n"
         recording = read_single(table(pandas))
         assert channels(recording) == [("fx", "")]
-        assert "Column 1 was left out: it only counts the rows." in recording.remarks
+        assert "Column 1 was left out: row numbers." in recording.remarks
         r = '"time" "fx"\n"1" 0.0 5\n"2" 0.1 6\n"3" 0.2 7\n'
         assert read_single(table(r)).demonstration == recording.demonstration
 
@@ -361,10 +361,19 @@ class TestTime:
             table("time,fx\n" + rows)
         )
 
+    def test_stamps_as_rosbag_to_csv_writes_them(self, table):
+        rows = "".join(f"2023/03/06/16:37:59.{i}00000,{i}\n" for i in range(8))
+        assert read_single(table("time,.wrench.force.x\n" + rows)).demonstration.times.tolist() == (
+            pytest.approx([i / 10 for i in range(8)])
+        )
+
     def test_a_second_column_of_stamps_is_no_channel(self, table):
         recording = read_single(table("time,timestamp,fx\n0,1700000000000,1\n.1,1700000000100,2\n"))
         assert channels(recording) == [("fx", "")]
-        assert recording.remarks == ("Column timestamp was left out: it has times, too.",)
+        assert recording.remarks == ("Column timestamp was left out: times were read from 'time'.",)
+        columns = table("t,time 2,time 3,fx\n" + "".join(f".{i},{i},5,0.5\n" for i in range(4)))
+        (remark,) = read_single(columns).remarks
+        assert remark == "Columns time 2, time 3 were left out: times were read from 't'."
 
     @pytest.mark.parametrize("mark", [",", "\t"])
     def test_stamps_may_say_am_and_pm(self, table, mark):
@@ -683,6 +692,16 @@ def test_a_title_above_the_header_is_no_level_of_it(table, header, remarks):
         assert expected in remark
 
 
+def test_ground_forces_of_opensim_have_their_units(table):
+    names = ["ground_force_vx", "ground_force_px", "1_ground_torque_y", "knee_angle_r"]
+    rows = "".join(f"{i / 100:.8f}\t{i % 7 / 4}\t0.5\t{i % 9 / 4}\t12.5\n" for i in range(20))
+    head = "walk_grf\nversion=1\nnRows=20\nnColumns=5\ninDegrees=yes\nendheader\n"
+    recording = read_single(table(head + "\t".join(["time", *names]) + "\n" + rows, "walk.mot"))
+    units = ["N", "m", "Nm", ""]
+    assert channels(recording) == list(zip(names, units, strict=True))
+    assert recording.demonstration.rate == pytest.approx(100)
+
+
 def vicon(samples, after=""):
     """Two forces at 1 kHz beside video at 100 Hz, as Vicon exports them."""
     rows = [f"{i // 10 + 1},{i % 10},{i % 7 / 4},{i % 9 / 4}\n" for i in samples]
@@ -703,6 +722,16 @@ def test_a_vicon_export_has_its_rate_and_its_counters(table):
     assert "The file says that there are 1000 samples a second." in result
     assert "'Frame' counts the samples and places the rows: 23 of 400 were lost." in result
     assert "More tables follow in the file; only the first one was read." in result
+
+
+def test_a_vicon_export_that_a_spreadsheet_saved_again(table):
+    """Its lines are as wide as the widest one, and channels may be called by a number."""
+    lines = vicon(range(400)).replace("Fx,Fz", "1,EMG2").splitlines()
+    padded = [line + "," * (4 - line.count(",")) for line in lines]
+    (recording,) = read(table("\n".join(padded) + "\n"), ReadOptions())
+    channels = [(c.name, c.unit) for c in recording.demonstration.channels]
+    assert channels == [("1", "N"), ("EMG2", "N")]
+    np.testing.assert_allclose(recording.demonstration.times, np.arange(400) / 1000)
 
 
 def test_a_vicon_export_has_the_rate_of_its_devices_not_of_the_events_before_them(table):
@@ -747,6 +776,32 @@ def test_a_labview_measurement_has_two_headers(tmp_path, timed, comma):
     np.testing.assert_allclose(demonstration.signals[:, 0], np.arange(200) % 7 / 4)
 
 
+def test_each_channel_of_a_labview_measurement_may_have_times(tmp_path):
+    text = LABVIEW.replace("X_Columns\tOne", "X_Columns\tMulti")
+    text = text.replace("X_Value\tFx\tFz", "X_Value\tFx\tX_Value\tFz")
+    path = tmp_path / "pull.lvm"
+    path.write_text(text + "".join(f"{i / 500}\t{i}.5\t{i / 500}\t{i}.25\n" for i in range(40)))
+    recording = read_single(path)
+    assert [c.name for c in recording.demonstration.channels] == ["Fx", "Fz"]
+    np.testing.assert_allclose(recording.demonstration.times, np.arange(40) / 500, atol=1e-12)
+
+
+@pytest.mark.parametrize("rows", [7, 40])
+def test_a_short_labview_measurement_with_empty_channels_and_comments(tmp_path, rows):
+    """There are as many numbers in its headers as below them."""
+    head = LABVIEW.replace("\t200\t200", "\t7\t0").replace("0.0\t0.0", "0.0\t0.0\t0.0")
+    text = head + "".join(
+        f"{i / 500}\t{i}.5\t\t{'lost' if i % 4 else 'good'}\n" for i in range(rows)
+    )
+    path = tmp_path / "pull.lvm"
+    path.write_text(text)
+    assert identify(path).name == "table"
+    recording = read_single(path)
+    assert [(c.name, c.unit) for c in recording.demonstration.channels] == [("Fx", "Newton")]
+    np.testing.assert_allclose(recording.demonstration.times, np.arange(rows) / 500, atol=1e-12)
+    assert [s.action for s in recording.tracks[0].segments[:2]] == ["good", "lost"]
+
+
 def test_a_quote_in_a_labview_header_that_is_not_closed_does_no_harm(table):
     rows = "".join(f"{i / 500}\t{i % 7 / 4}\t{i % 9 / 4}\n" for i in range(200))
     whole = read_single(table(LABVIEW + rows, "pull.lvm"))
@@ -779,7 +834,7 @@ COUNTS = (65_400 + NUMBERS) % 65_536
 def test_beside_stamps_a_counter_is_left_out_and_said(counter_table):
     recording = read_single(counter_table(COUNTS, times=NUMBERS / 200))
     assert [c.name for c in recording.demonstration.channels] == ["Daumen_x"]
-    assert "Column Paket was left out: it counts the samples." in recording.remarks
+    assert "Column Paket was left out: sample counts." in recording.remarks
 
 
 def test_without_stamps_it_places_the_rows_so_that_what_was_lost_is_a_gap(counter_table):
@@ -831,7 +886,8 @@ def test_one_of_any_name_is_known_by_how_it_goes_on(counter_table):
     recording = read_single(counter_table(COUNTS, "Wert_A;Wert_B"), rate=200.0)
     assert [c.name for c in recording.demonstration.channels] == ["Wert_B"]
     assert recording.demonstration.duration == pytest.approx(1.5)
-    assert "if it is a signal, import it as one (--signal)" in " ".join(recording.remarks)
+    why = "sample counts, by their steps; import what is a signal as one (--signal)."
+    assert f"Column Wert_A was left out: {why}" in recording.remarks
 
 
 def test_a_column_taken_for_a_counter_is_a_signal_where_it_is_asked_for(counter_table):

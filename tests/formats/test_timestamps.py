@@ -103,6 +103,9 @@ def test_of_repeated_stamps_the_first_row_is_kept():
     values = np.arange(100) / 100
     values[10] = values[9]
     assert repair(values).remarks[0].startswith("1 row repeats the stamp before")
+    values = np.floor(np.random.default_rng(0).uniform(0, 1, 100).cumsum()) / 100
+    assert repair(values).remarks[0].endswith(", and all are if stamps may jitter (--jitter).")
+    assert repair(values, jitter=0.1).rows.size == 100
 
 
 def test_equal_bursts_are_spread_evenly_up_to_the_next_stamp():

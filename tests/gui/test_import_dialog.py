@@ -651,7 +651,7 @@ def test_every_remark_is_shown_once_for_all_files(open_on, tmp_path, until):
     import_button(dialog).click()
     until(lambda: "8 demonstrations imported" in report(dialog))
     together = "trial 0.csv, trial 1.csv, trial 2.csv and 5 more: "
-    assert f"{together}Column Paket was left out: it counts the samples.\n" in report(dialog)
+    assert f"{together}Column Paket was left out: sample counts.\n" in report(dialog)
     assert report(dialog).count("Paket") == 1
 
 

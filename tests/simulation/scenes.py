@@ -9,7 +9,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from forcelab.simulation.hand import Trajectory
-from forcelab.simulation.mechanics import Layout, Mechanics, stack_numbers
+from forcelab.simulation.mechanics import Layout, Mechanics, stack_numbers, width_at
 from forcelab.simulation.scene import (
     Arm,
     Body,
@@ -21,7 +21,6 @@ from forcelab.simulation.scene import (
     Scene,
     Socket,
     Thread,
-    width_at,
 )
 
 #: Almost no friction, with bristles that are not stiff to solve.

@@ -7,15 +7,9 @@ from abc import abstractmethod
 from typing import ClassVar
 
 import pyqtgraph as pg
-from PySide6.QtCore import QLineF, QPointF, QRect, QRectF, QSize, Qt
-from PySide6.QtGui import (
-    QColor,
-    QMouseEvent,
-    QPainter,
-    QPen,
-    QWheelEvent,
-)
-from PySide6.QtWidgets import QApplication, QSizePolicy
+from PySide6.QtCore import QEvent, QLineF, QPointF, QRect, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QHelpEvent, QMouseEvent, QPainter, QPen, QWheelEvent
+from PySide6.QtWidgets import QApplication, QSizePolicy, QToolTip
 
 from forcelab.gui.document import Document
 from forcelab.gui.figures.axes import Axis
@@ -58,6 +52,9 @@ class TimeView(PlotView):
         """The area of the time axis, in pixels of the widget."""
         width = max(self.width() - self.gutter - self.RIGHT, 1)
         return QRectF(self.gutter, 0.0, width, self.height())
+
+    def sizeHint(self) -> QSize:
+        return QSize(900, 120)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Zoom; with Shift, or by a sideways wheel, pan."""
@@ -187,10 +184,17 @@ class TimePanel(TimeView):
         self._paint_lines(painter)
         painter.restore()
 
+    def tooltip_at(self, position: QPointF) -> str:
+        """What is to be read at a pixel where the pointer rests."""
+        return self.toolTip()
+
     # Qt
 
-    def sizeHint(self) -> QSize:
-        return QSize(900, 120)
+    def viewportEvent(self, event: QEvent) -> bool:
+        if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
+            QToolTip.showText(event.globalPos(), self.tooltip_at(QPointF(event.pos())), self)
+            return True
+        return super().viewportEvent(event)
 
     def zoom_centre(self, x: float) -> float:
         return self.time_at(min(max(x, self.plot.left()), self.plot.right()))

@@ -50,6 +50,7 @@ from forcelab.gui.layout import (
     fill_layout,
     placeholder,
     push_button,
+    run_dialog,
     set_enabled_with_reason,
     toned_label,
     tool_button,
@@ -488,11 +489,9 @@ class ActionList(SideList):
 
     def _ask_key(self, name: str) -> None:
         dialog = KeyDialog(self.document.vocabulary, name, self)
-        dialog.exec()
-        if (key := dialog.key) is not None:
+        if run_dialog(dialog) and (key := dialog.key) is not None:
             # The vocabulary may have changed elsewhere while the dialog was open.
             self._change(lambda: self.document.vocabulary.rebound(name, key))
-        dialog.deleteLater()
 
     def _ask_name(self, name: str) -> None:
         if (new := ask_name(name, self)) is not None:

@@ -121,7 +121,6 @@ def _copy(document: Document, tracks: TrackPanel) -> None:
     if len(authors) > 1:
         menu = copy_menu(tracks, document, document.view.cursor)
         tracks.show_menu(menu, tracks.mapToGlobal(QPoint(tracks.gutter, 0)))
-    for author in authors if len(authors) == 1 else ():
-        span = segment_commands.copy_candidates(document, author, document.view.cursor)
-        if span is not None:
-            segment_commands.copy_interval(document, author, *span)
+    elif authors:
+        span = segment_commands.copy_candidates(document, authors[0], document.view.cursor)
+        segment_commands.copy_span(document, authors[0], span)

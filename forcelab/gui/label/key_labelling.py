@@ -167,11 +167,8 @@ class KeyLabelling(QObject):
         key = action_key(event)
         if self._held is None or self._held[0] != key:
             return False
-        released, cursor, position = (
-            self._clock(),
-            self.document.view.cursor,
-            self._stroke_position(),
-        )
+        released, cursor = self._clock(), self.document.view.cursor
+        position = self._stroke_position()
         self._repeats.released(event, lambda: self._key_up(key, released, cursor, position))
         return True
 

@@ -326,14 +326,10 @@ class ScalogramLayers:
 
     def __init__(self, box: pg.ViewBox) -> None:
         # From the bottom: all of the demonstration, the last fine picture, the newest coarse one.
-        self._whole, self._fine, self._coarse = Picture(), Picture(), Picture()
-        for z, picture in enumerate((self._whole, self._fine, self._coarse)):
+        self._pictures = self._whole, self._fine, self._coarse = Picture(), Picture(), Picture()
+        for z, picture in enumerate(self._pictures):
             picture.setZValue(z)
             box.addItem(picture, ignoreBounds=True)
-
-    @property
-    def _pictures(self) -> tuple[Picture, Picture, Picture]:
-        return self._whole, self._fine, self._coarse
 
     def clear(self) -> None:
         for picture in self._pictures:
