@@ -201,11 +201,11 @@ class FaultDialog(QDialog):
         self.setWindowTitle("Something went wrong")
         self._details = details
         self._further = 0
-        self._text = self._folded(details)
-        parts = self._words(log_file), (self._text, 1), self._buttons()
+        self._text = self._details_view(details)
+        parts = self._message_row(log_file), (self._text, 1), self._buttons()
         fill_layout(QVBoxLayout(self), *parts, spacing=14)
 
-    def _words(self, log_file: Path) -> QHBoxLayout:
+    def _message_row(self, log_file: Path) -> QHBoxLayout:
         """The message beside its icon."""
         headline = _wrapped("Something went wrong.")
         emphasise(headline, 1.2)
@@ -224,7 +224,7 @@ class FaultDialog(QDialog):
         sign.setAlignment(Qt.AlignmentFlag.AlignTop)
         return fill_layout(QHBoxLayout(), sign, (words, 1), spacing=16)
 
-    def _folded(self, details: str) -> QPlainTextEdit:
+    def _details_view(self, details: str) -> QPlainTextEdit:
         """The details, hidden at first."""
         text = QPlainTextEdit(details, readOnly=True, tabChangesFocus=True)
         text.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))

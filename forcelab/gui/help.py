@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement, pairwise
 
 import PySide6
@@ -176,8 +176,7 @@ class HelpPage(QDialog):
                 for row in section.rows
                 if contains_words(" ".join((section.heading, row[1], *row[0])), query)
             )
-            if rows:
-                sections.append(_Section(section.heading, rows, section.caps))
+            sections += [replace(section, rows=rows)] if rows else []
         return sections
 
     def _fill(self) -> None:

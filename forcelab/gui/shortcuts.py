@@ -109,10 +109,9 @@ class Keys(QObject):
         self.set_keys(command, _defaults()[command])
 
     def reset_all(self) -> None:
-        self._bound = dict(_defaults())
         for id_ in self._bound:
             settings.forget(f"keys/{id_}")
-        self.changed.emit()
+        self.reload()
 
     def reload(self) -> None:
         """Read the coder's keys; if they collide, the defaults count.

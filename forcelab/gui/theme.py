@@ -207,18 +207,17 @@ def palette(colours: Colours) -> QPalette:
         role.Dark: QColor(colours.frame),
         role.Shadow: mixed(panel, deep, 0.6),
     }
+    texts = (role.WindowText, role.Text, role.ButtonText, role.PlaceholderText)
+    disabled = dict.fromkeys(texts, mixed(colours.text, panel, 0.55)) | {
+        role.Base: QColor(panel),
+        role.Highlight: QColor(colours.frame),
+        role.Accent: QColor(colours.frame),
+        role.HighlightedText: QColor(colours.background),
+    }
     result = QPalette()
-    for group in (QPalette.ColorGroup.Active, QPalette.ColorGroup.Inactive):
-        for colour_role, colour in normal.items():
-            result.setColor(group, colour_role, colour)
-    faint = mixed(colours.text, panel, 0.55)
-    off = dict(normal)
-    for colour_role in (role.WindowText, role.Text, role.ButtonText, role.PlaceholderText):
-        off[colour_role] = faint
-    off[role.Base] = QColor(panel)
-    off[role.Highlight] = off[role.Accent] = QColor(colours.frame)
-    off[role.HighlightedText] = QColor(colours.background)
-    for colour_role, colour in off.items():
+    for colour_role, colour in normal.items():
+        result.setColor(colour_role, colour)
+    for colour_role, colour in disabled.items():
         result.setColor(QPalette.ColorGroup.Disabled, colour_role, colour)
     return result
 
