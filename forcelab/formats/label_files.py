@@ -175,7 +175,8 @@ def _reader(path: Path) -> _Reader:
         )
     readable = "; ".join(format_.description for format_ in LABEL_FORMATS)
     raise InputError(
-        f"'{path}' looks like {seems_to_be(head)} without labels; what can be read: {readable}."
+        f"'{path}' is no file of labels, but looks like {seems_to_be(head)}; what can be read: "
+        f"{readable}."
     )
 
 

@@ -333,7 +333,7 @@ def test_a_file_that_is_none_is_told_and_the_others_are_imported(project, tmp_pa
     out, err = capsys.readouterr()
     assert out == "new        02  Ann  3 segments\n1 track: 1 new, 0 replaced, 0 unchanged.\n"
     assert err.startswith("forcelab: left out: ")
-    assert "note.txt' looks like text without labels" in err
+    assert "note.txt' is no file of labels, but looks like text" in err
     assert stored(project, "02", "Ann") == ANN
 
 
