@@ -19,6 +19,7 @@ from typing import Any, Final
 
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
+from forcelab.formats import boris
 from forcelab.formats.label_tables import is_label_table
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.signatures import names_in_zip, naming_damage
@@ -91,17 +92,25 @@ def _tables(path: Path, book: Any, options: ReadOptions) -> tuple[dict[str, Layo
     """How each sheet to read is filled, by its title, and remarks on the others."""
     layouts: dict[str, Layout] = {}
     left: list[str] = []
+    labels = ""  # the first sheet that holds some
     for sheet in book.worksheets:
         lines = list(islice(_lines(sheet, min(sheet.max_column or 0, _MOST_COLUMNS)), _SAMPLE_ROWS))
         layout = find_layout(lines, separators=("\t",))
-        if is_label_table("\n".join(text for _, text in lines).encode()[:HEAD]):
-            left.append(
-                f"Sheet '{sheet.title}' holds labels (start, end, action) and was left out."
-            )
+        head = "\n".join(text for _, text in lines).encode()[:HEAD]
+        events = boris.sniff_labels(path, head)
+        if events or is_label_table(head):
+            kind = "events of BORIS" if events else "labels (start, end, action)"
+            labels = labels or f"Sheet '{sheet.title}' of '{path}' holds {kind}"
+            left.append(f"Sheet '{sheet.title}' holds {kind} and was left out.")
         elif layout is not None:
             layouts[sheet.title] = layout
         elif lines:
             left.append(f"Sheet '{sheet.title}' holds no rows of numbers and was left out.")
+    if labels and not layouts:
+        raise InputError(
+            f"{labels}, not a recording; save it as CSV or TSV, import the recording, then that "
+            f"file as its labels (forcelab labels; in the window File > Import labels)."
+        )
     if not layouts:
         raise InputError(
             f"'{path}' holds no sheet with rows of numbers; a table needs one sample a row."

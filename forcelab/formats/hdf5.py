@@ -6,6 +6,7 @@ are left out, and so are soft links, which only repeat what has a place of its o
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager, suppress
@@ -43,6 +44,7 @@ _UNITS: Final = ("units", "unit", "Units", "Unit")
 _SCALES: Final = ("scale_factor", "scale", "gain")
 _OFFSETS: Final = ("add_offset", "offset")
 _MISSING: Final = ("_FillValue", "missing_value")
+_ENVIRONMENT: Final = ("env_args",)
 
 
 def sniff(path: Path, head: bytes) -> bool:  # noqa: ARG001 - as every format
@@ -269,4 +271,13 @@ class Attributes:
 
     def rate(self) -> float | None:
         rate = self.number(tuple(name for name in self._names if is_rate_name(name)))
+        if rate is None:
+            rate = self._control_rate()
         return rate if rate is not None and 1e-9 < rate < 1e9 else None
+
+    def _control_rate(self) -> float | None:
+        """The steps a second of an environment that robomimic describes in JSON, if it does."""
+        for text in self.texts(_ENVIRONMENT):
+            with suppress(ValueError, LookupError, TypeError, RecursionError, OverflowError):
+                return float(json.loads(text)["env_kwargs"]["control_freq"])
+        return None

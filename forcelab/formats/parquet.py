@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
-from forcelab.formats.signatures import naming_damage
+from forcelab.formats.signatures import lerobot_dataset_of, naming_damage
 from forcelab.formats.table import TableReader, make_recordings, preview_layout, typed_layout
 from forcelab.formats.table_columns import choose_roles
 from forcelab.formats.table_sniff import Layout
@@ -45,9 +45,9 @@ _CURE: Final = "write it again, or copy it again from where it is from"
 
 
 def sniff(path: Path, head: bytes) -> bool:
-    """Whether a file is Parquet or Arrow, as a file or as a stream."""
+    """Whether a file is Parquet or Arrow, as a file or as a stream, and no part of a dataset."""
     stream = head.startswith(_STREAM) and path.suffix.lower() in _STREAM_SUFFIXES
-    return stream or head.startswith((_PARQUET, _ARROW))
+    return (stream or head.startswith((_PARQUET, _ARROW))) and lerobot_dataset_of(path) is None
 
 
 def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Recording]]:

@@ -295,7 +295,10 @@ class Table:
         return min(counters, default=None) if self.roles.counter is None else self.roles.counter
 
     def use(self, index: int) -> tuple[Use, str]:
-        """What a column is used for, and why it becomes no channel; empty where that is plain."""
+        """What a column is used for, and why it becomes no channel; empty where that is plain.
+
+        The reason may be that of several columns.
+        """
         column, roles, words = self.layout.columns[index], self.roles, self.words.get(index)
         use: Use = "left out"
         why = ""
@@ -310,22 +313,27 @@ class Table:
         elif index in roles.left_out:
             why = "" if index in self.telling else "as chosen"
         elif index in roles.other_times or index in roles.probabilities:
-            why = (
-                "it has times, too" if index in roles.other_times else "a prediction's probability"
-            )
+            other_times = index in roles.other_times
+            why = self._time_source() if other_times else "a model's probabilities"
         elif index in self.counters:
             use = "counter"
             if index != roles.counter and not (column.named and is_counter_name(column.name)):
-                why = "its steps count samples; if it is a signal, import it as one (--signal)"
+                why = "sample counts, by their steps; import what is a signal as one (--signal)"
             elif index != self.counter:  # of which a remark says that it places the rows
-                why = "it counts the samples"
+                why = "sample counts"
         elif words is not None:
             why = "empty" if words.empty else "words, not numbers"
         elif is_index(column, self.layout.cells(index), self.values[index]):
-            why = "it only counts the rows"
+            why = "row numbers"
         else:
             use = "signal"
         return use, why
+
+    def _time_source(self) -> str:
+        """Why further columns of times become nothing."""
+        if self.roles.time is None:
+            return "times are no signals"
+        return f"times were read from '{self.layout.columns[self.roles.time].name}'"
 
     def ragged_remarks(self, strict: bool) -> tuple[str, ...]:
         """A remark on rows with another number of cells; refused if strict."""

@@ -502,6 +502,13 @@ _MOSTLY = 0.8
 _VICON = re.compile(r"\s*Frame\s*[,;\t]\s*Sub Frame\b", re.IGNORECASE)
 #: How LabVIEW's measurement files begin, and how each of their headers ends.
 _LABVIEW, _LABVIEW_END = "LabVIEW Measurement", "***End_of_Header***"
+#: How the header of OpenSim's files (MOT, STO) ends, and the units of what is called so there.
+_OPENSIM_END = "endheader"
+_OPENSIM_UNITS = (
+    (re.compile(r".*force.*_v[xyz]", re.IGNORECASE), "N"),
+    (re.compile(r".*force.*_p[xyz]", re.IGNORECASE), "m"),  # where it acts
+    (re.compile(r".*(?:torque|moment).*_m?[xyz]", re.IGNORECASE), "Nm"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -597,6 +604,8 @@ def find_layout(
         header, units, used = table[0], table[1], 2  # some channels are called by a number
     else:
         header, units, used = _header(above, dialect, kinds, sample)
+        if not units and any(text.strip() == _OPENSIM_END for _, text in above):
+            units = [_opensim_unit(name) for name in header]
     columns, remarks = name_columns(header or [""] * dialect.width, units)
     if not header:
         remarks = ("There is no header; the columns are called by their numbers.", *remarks)
@@ -643,6 +652,11 @@ def _labview_header(
     names = ["time" if name.strip() == "X_Value" else name for name in names[: dialect.width]]
     units = ["s" if name == "time" else unit for name, unit in zip(names, units, strict=True)]
     return names, units, len(above) - last - 1, rate
+
+
+def _opensim_unit(name: str) -> str:
+    """The unit of a force, of where it acts or of a torque, by its name; empty of all else."""
+    return next((unit for names, unit in _OPENSIM_UNITS if names.fullmatch(name.strip())), "")
 
 
 def _positive(text: str) -> float | None:

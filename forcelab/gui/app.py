@@ -51,7 +51,7 @@ POLL_MS = 20
 #: Seconds that the process waits, without a window, for threads that have not ended with it.
 SHUTDOWN_TIMEOUT = 5.0
 #: How long nothing may have changed before the window counts as settled, in seconds.
-SETTLE_ROUNDS = 0.25
+QUIET_SECONDS = 0.25
 
 
 def run(options: LaunchOptions) -> int:
@@ -199,7 +199,7 @@ def settle(window: Window, patience: float, dialog: QWidget | None = None) -> No
     deadline = time.monotonic() + patience
     quiet_since = time.monotonic()
     # Asked once more, as a busy machine may have let the quiet time pass in one sleep.
-    while not complete() or time.monotonic() - quiet_since < SETTLE_ROUNDS:
+    while not complete() or time.monotonic() - quiet_since < QUIET_SECONDS:
         QApplication.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, 20)
         if not complete():
             quiet_since = time.monotonic()

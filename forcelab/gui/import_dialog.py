@@ -59,7 +59,7 @@ from forcelab.gui.file_dialogs import (
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.key_events import ignore_wheel
 from forcelab.gui.layout import (
-    ProgressBar,
+    ProgressRow,
     add_buttons,
     copyable,
     fill_layout,
@@ -549,14 +549,11 @@ class ImportDialog(FileDrop, QDialog):
         self.columns.previewed.connect(self._import_when_previewed)
         self._import_asked = False
         self._files.currentTextChanged.connect(self._show_columns)
-        self._bar = ProgressBar("Progress of the import")
-        self._stop = push_button("Cancel", self._cancel, "Cancel the import")
-        self._show_running(False)
-        running = fill_layout(QHBoxLayout(), (self._bar, 1), self._stop)
+        self._running = ProgressRow("the import", self._cancel)
         column = fill_layout(
             QVBoxLayout(self), self._heading(), (self._files, 1), (self.columns, 3), self._form()
         )
-        fill_layout(column, self._taskless, running, (self._result(), 3))
+        fill_layout(column, self._taskless, self._running, (self._result(), 3))
         self._go, self._close = add_buttons(self, "Import", self._import)
         self._propose_project(files)
         self.add_files(files)
@@ -722,7 +719,7 @@ class ImportDialog(FileDrop, QDialog):
         files = self._listed()
         reason = "" if files else "Add files first."
         set_enabled_with_reason(
-            self._go, reason if self._bar.isHidden() else "Wait until this is imported."
+            self._go, reason if self._running.isHidden() else "Wait until this is imported."
         )
         self._show_report()  # it was of files that were in the list before
         datasets = [*filter(is_lerobot_folder, files)]
@@ -782,17 +779,16 @@ class ImportDialog(FileDrop, QDialog):
         )
 
     def _show_running(self, running: bool) -> None:
-        self._bar.setVisible(running)
-        self._stop.setVisible(running)
-        self._stop.setEnabled(running)
+        self._running.setVisible(running)
+        self._running.cancel.setEnabled(running)
 
     def _show_progress(self, progress: Progress) -> None:
         if not self._closed:
-            self._bar.show_progress(progress)
+            self._running.bar.show_progress(progress)
 
     def _cancel(self) -> None:
         """Cancel the import; the dialog and its choices stay."""
-        self._stop.setEnabled(False)
+        self._running.cancel.setEnabled(False)
         self._cancelled.set()
 
     def _imported(

@@ -11,12 +11,14 @@ from PySide6.QtGui import QAction, QFont, QHelpEvent, QMouseEvent, QPalette, QRe
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractItemView,
+    QApplication,
     QBoxLayout,
     QDialog,
     QDialogButtonBox,
     QDockWidget,
     QDoubleSpinBox,
     QFrame,
+    QHBoxLayout,
     QHeaderView,
     QLabel,
     QLayout,
@@ -358,6 +360,17 @@ def push_button(
     return button
 
 
+def copy_button(label: str, copied: str, name: str) -> QPushButton:
+    """A button that copies a text, and says so."""
+
+    def copy() -> None:
+        QApplication.clipboard().setText(copied)
+        button.setText("Copied")
+
+    button = push_button(label, copy, name)
+    return button
+
+
 def tool_button(image: str, name: str, press: Callable[..., object], tip: str = "") -> QToolButton:
     """A button with an icon; `name` is for screen readers, and the tooltip if there is no `tip`."""
     button = QToolButton()
@@ -429,6 +442,33 @@ class ProgressBar(QProgressBar):
         """The text as far as it fits; Qt would break it into lines, and cut them."""
         room = self.width() - self.fontMetrics().height()
         return self.fontMetrics().elidedText(super().text(), Qt.TextElideMode.ElideRight, room)
+
+
+class SlimProgressBar(QProgressBar):
+    """How far a job is beside a text that says it; it runs to and fro until that is known."""
+
+    def __init__(self, name: str, width: int) -> None:
+        super().__init__(textVisible=False)
+        self.setAccessibleName(name)
+        self.setFixedWidth(width)
+        self.setMaximumHeight(8)
+
+    def show_step(self, step: Progress | None) -> None:
+        self.setRange(0, 0 if step is None else max(step.total, 1))
+        if step is not None:
+            self.setValue(min(step.done, step.total))
+
+
+class ProgressRow(QWidget):
+    """The progress of a job, such as "the import", and Cancel beside it; hidden at first."""
+
+    def __init__(self, job: str, cancel: Callable[..., object]) -> None:
+        super().__init__()
+        self.bar = ProgressBar(f"Progress of {job}")
+        self.cancel = push_button("Cancel", cancel, f"Cancel {job}")
+        fill_layout(QHBoxLayout(self), (self.bar, 1), self.cancel, margins=0)
+        self.bar.show()  # together with Cancel: only now it is no window of its own
+        self.hide()
 
 
 def toned_label(tone: Literal["trouble", "warning"], text: str = "") -> QLabel:

@@ -6,7 +6,7 @@ from functools import partial
 from typing import ClassVar
 
 from PySide6.QtCore import QEvent, QSize, Qt
-from PySide6.QtGui import QKeyEvent, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtGui import QColor, QKeyEvent, QPainter, QPaintEvent, QPalette, QResizeEvent
 from PySide6.QtWidgets import (
     QComboBox,
     QLabel,
@@ -34,9 +34,17 @@ class CalmLabel(QLabel):
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
 
+    def say(self, text: str, ink: str) -> None:
+        """Show a text in a colour of the theme; hide the label if it is empty."""
+        palette = self.palette()
+        if palette.color(QPalette.ColorRole.WindowText) != QColor(ink):
+            palette.setColor(QPalette.ColorRole.WindowText, QColor(ink))
+            self.setPalette(palette)
+        show_text(self, text)
 
-def show_text(label: QLabel, text: str) -> None:
-    """Show a text; hide the label if it is empty."""
+
+def show_text(label: QLabel | QToolButton, text: str) -> None:
+    """Show a text; hide its label or button if it is empty."""
     if label.text() != text:
         label.setText(text)
         label.setAccessibleName(text)

@@ -28,6 +28,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.arrays import Flags, Real
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
@@ -38,8 +39,6 @@ from forcelab.signals.cwt import usual_scales
 from forcelab.signals.cwt_blocks import SINGLE, TOLERANCES
 from forcelab.signals.cwt_engine import Plan, plan_for
 from forcelab.signals.wavelets import Morlet
-
-Real = NDArray[np.float64]
 
 CHANNELS = tuple(Channel(f"f{axis}{sensor}", "N") for sensor in (1, 2) for axis in "xyz")
 ACTIONS = ("still", "grab", "hold", "release")
@@ -448,7 +447,7 @@ class _Reference:
     largest: Real
     scales: NDArray[np.int_]
     places: NDArray[np.int_]
-    narrow: NDArray[np.bool_]  # which of the scales are narrow beside the recording
+    narrow: Flags  # which of the scales are narrow beside the recording
 
     def errors(self, coefficients: Complex, features: Features) -> _Errors:
         """The largest errors of coefficients at these scales and places."""

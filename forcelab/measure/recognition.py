@@ -277,19 +277,18 @@ def measure_variants(
     parts = fold_groups([item.demonstration for item in used], folds)
     groups = sharing_features(variants)
     watch = _ProgressCounter(variants, len(parts))
-    spent: dict[int, VariantResult] = {}
+    spent: dict[Variant, VariantResult] = {}
     if current_cluster() is None:
         for alike in groups:
-            found = yield from _measure_alike(alike, used, parts, watch)
-            spent |= zip(map(id, alike), found, strict=True)
+            spent |= yield from _measure_alike(alike, used, parts, watch)
     else:
         work = partial(_measure_alike_remotely, labelled=used, parts=parts)
         with closing(share_work(work, groups, 1)) as coming:
-            for number, (alike, found) in enumerate(zip(groups, coming, strict=True), 1):
-                spent |= zip(map(id, alike), found, strict=True)
+            for number, found in enumerate(coming, 1):
+                spent |= found
                 yield Progress(number, len(groups), "measuring")
     reference = reference_text(len(used), len(parts))
-    return with_front([row_of(v.name, v.setting, spent[id(v)], size, reference) for v in variants])
+    return with_front([row_of(v.name, v.setting, spent[v], size, reference) for v in variants])
 
 
 def _measure_alike(
@@ -297,9 +296,9 @@ def _measure_alike(
     labelled: Sequence[LabelledDemonstration],
     parts: Sequence[Sequence[int]],
     watch: _ProgressCounter,
-) -> Generator[Progress, None, list[VariantResult]]:
+) -> Generator[Progress, None, dict[Variant, VariantResult]]:
     """What variants that share their features spend, one after the other."""
-    spent = {id(variant): VariantResult() for variant in alike}
+    spent = {variant: VariantResult() for variant in alike}
     try:
         prepared = yield from _compute_features(labelled, alike[0], watch)
     except InputError as error:
@@ -307,14 +306,14 @@ def _measure_alike(
     else:
         for group in sharing_fit(alike):
             yield from _measure_folds(prepared, group, parts, spent, watch)
-    return [spent[id(variant)] for variant in alike]
+    return spent
 
 
 def _measure_alike_remotely(
     alike: Sequence[Variant],
     labelled: Sequence[LabelledDemonstration],
     parts: Sequence[Sequence[int]],
-) -> list[VariantResult]:
+) -> dict[Variant, VariantResult]:
     return finish(_measure_alike(alike, labelled, parts, _ProgressCounter(alike, len(parts))))
 
 
@@ -332,11 +331,11 @@ class _ProgressCounter:
 
 
 def _note_refusal(
-    variants: Sequence[Variant], spent: dict[int, VariantResult], error: InputError
+    variants: Sequence[Variant], spent: dict[Variant, VariantResult], error: InputError
 ) -> None:
     """Remember why some variants have no figures."""
     for variant in variants:
-        spent[id(variant)].refusal = str(error)
+        spent[variant].refusal = str(error)
 
 
 def _compute_features(
@@ -362,7 +361,7 @@ def _measure_folds(
     prepared: Prepared,
     group: Sequence[Variant],
     parts: Sequence[Sequence[int]],
-    spent: dict[int, VariantResult],
+    spent: dict[Variant, VariantResult],
     watch: _ProgressCounter,
 ) -> Generator[Progress, None, None]:
     """Fit what a group of variants shares, then recognise the left-out ones by each of them."""
@@ -381,7 +380,7 @@ def _measure_folds(
                     settings=variant.settings,
                     grammar=recogniser.grammar if variant.settings.decodes else None,
                 )
-                result = spent[id(variant)]
+                result = spent[variant]
                 result.fit += fitted
                 result.trained += sum(m for i, m in enumerate(prepared.minutes) if i not in part)
                 for i in part:

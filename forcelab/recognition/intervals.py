@@ -18,16 +18,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcelab.arrays import Real, Whole
 from forcelab.recognition.metrics import METRICS, Counts, look_up, nested, score_resamples
 from forcelab.text import counted
 
-Real = NDArray[np.float64]
-Weights = NDArray[np.int64]
 
-
-def draw_resamples(demonstrations: int, resamples: int, seed: int) -> Weights:
+def draw_resamples(demonstrations: int, resamples: int, seed: int) -> Whole:
     """How often each demonstration is drawn in each resample, shape (resamples, demonstrations)."""
     random = np.random.default_rng(seed)
     chances = np.full(demonstrations, 1.0 / demonstrations)
@@ -48,22 +45,13 @@ Range = tuple[float, float]
 
 @dataclass(frozen=True)
 class Intervals:
-    """Intervals of pooled scores.
+    """Intervals of pooled scores."""
 
-    Parameters
-    ----------
-    values : mapping of str to (float, float) or None
-        Lower and upper end by the names of :data:`~forcelab.recognition.metrics.METRICS`, in the
-        metric's own unit; None where the metric is not defined.
-    reason : str
-        Why there is none at all; ``""`` where there are some.
-    seed : int
-        Of the resamples.
-    """
-
+    #: Lower and upper end by the names of :data:`~forcelab.recognition.metrics.METRICS`, in the
+    #: metric's own unit; None where the metric is not defined
     values: Mapping[str, Range | None] = field(default_factory=dict)
-    reason: str = ""
-    seed: int = 0
+    reason: str = ""  # why there is none at all; empty where there are some
+    seed: int = 0  # of the resamples
 
     def __getitem__(self, name: str) -> Range | None:
         return self.values.get(name)
@@ -119,7 +107,7 @@ def _too_few_reason(demonstrations: int) -> str:
     return f"An interval needs {FEWEST} demonstrations; {few} cannot tell how they differ."
 
 
-def percentile_interval(values: NDArray[np.float64]) -> Range | None:
+def percentile_interval(values: Real) -> Range | None:
     """The middle of resampled scores; None where no resample has one."""
     values = values[np.isfinite(values)]
     if len(values) == 0:

@@ -49,14 +49,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.arrays import Codes, Real, Whole
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED, Segments
 from forcelab.notebook import html_table, html_title
 from forcelab.sample_runs import Runs, sample_ends, stretches
 from forcelab.text import percent
-
-Real = NDArray[np.float64]
-Weights = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -71,17 +69,13 @@ class Overlay:
     pieces: Runs
     #: human_codes, predicted_codes: (p,); the actions of each piece; the predicted one may be
     #: unlabelled
-    human_codes: NDArray[np.int64]
-    predicted_codes: NDArray[np.int64]
+    human_codes: Codes
+    predicted_codes: Codes
     actions: int  # how many actions there are
 
     @classmethod
     def from_codes(
-        cls,
-        human: NDArray[np.int64],
-        predicted: NDArray[np.int64],
-        actions: int,
-        gather: Callable[[NDArray[np.int64]], Runs],
+        cls, human: Codes, predicted: Codes, actions: int, gather: Callable[[Codes], Runs]
     ) -> Overlay:
         """Mask the prediction to where the human labelled, and gather both tracks and their pairs.
 
@@ -101,12 +95,7 @@ class Overlay:
         )
 
 
-def overlay(
-    human: NDArray[np.int64],
-    predicted: NDArray[np.int64],
-    times: NDArray[np.float64],
-    actions: Sized,
-) -> Overlay:
+def overlay(human: Codes, predicted: Codes, times: Real, actions: Sized) -> Overlay:
     """Lay a predicted over a human track: codes (n,) at strictly increasing times (n,) in seconds.
 
     Where the human left a sample unlabelled (any negative code) the prediction is unlabelled too
@@ -129,7 +118,7 @@ def overlay(
 OVERLAPS = (10, 25, 50)
 
 
-def edit_distance(a: NDArray[np.int64], b: NDArray[np.int64]) -> int:
+def edit_distance(a: Codes, b: Codes) -> int:
     """Levenshtein distance of two sequences of codes (m,) and (n,)."""
     short, long = sorted((a, b), key=len)
     places = np.arange(len(long) + 1)
@@ -158,8 +147,8 @@ class Matches:
 
     #: human, predicted: (m,); numbers of the matched segments among the human and the predicted
     #: ones
-    human: NDArray[np.int64]
-    predicted: NDArray[np.int64]
+    human: Whole
+    predicted: Whole
 
     def __len__(self) -> int:
         return len(self.human)
@@ -189,7 +178,7 @@ def match_segments(over: Overlay, overlap: int) -> Matches:
     return Matches(matched, predicted[best[earliest]])
 
 
-def f1(counts: Weights) -> Real:
+def f1(counts: Whole) -> Real:
     """F1 of counts (..., 3) of segments: matched, predicted and human ones without a match.
 
     NaN where there is no segment at all.
@@ -197,16 +186,19 @@ def f1(counts: Weights) -> Real:
     return _fractions(2 * counts[..., 0], counts @ (2, 1, 1))
 
 
-def boundary_errors(over: Overlay, matches: Matches) -> NDArray[np.float64]:
+def boundary_errors(over: Overlay, matches: Matches, *, inner: bool = False) -> Real:
     """Distances of matched segments' edges in milliseconds, shape (2 m,).
 
     Both edges of every matched pair are counted, start against start and end against end. Edges
     that meet because unlabelled human time, a gap or an end of the recording cuts both segments at
-    the same place are counted as they are, with an error of zero.
+    the same place are counted as they are, with an error of zero; `inner` leaves out the first edge
+    and the last one.
     """
     human, predicted = matches.human, matches.predicted
     starts = over.human.starts[human] - over.predicted.starts[predicted]
     ends = over.human.ends[human] - over.predicted.ends[predicted]
+    if inner:
+        starts, ends = starts[human > 0], ends[human < len(over.human) - 1]
     return 1000.0 * np.abs(np.concatenate([starts, ends]))
 
 
@@ -231,33 +223,18 @@ class Events:
     Whatever was predicted in unlabelled human time is not counted. The time that is right is
     ``human - deletion - fragmentation - underfill``, and also
     ``predicted - insertion - merge - overfill``.
-
-    Parameters
-    ----------
-    human, predicted : Tally
-        All human and all predicted events, and their time.
-    insertion : Tally
-        Predicted events that meet no human event of their action, and their time.
-    deletion : Tally
-        Human events that no predicted event of their action meets, and their time.
-    fragmentation : Tally
-        Human events that several predicted ones fall into, and the time missed between those.
-    merge : Tally
-        Predicted events that join several human ones, and the false time between those.
-    overfill : Tally
-        Stretches by which predicted events reach over an edge of a human one, and their time.
-    underfill : Tally
-        Stretches by which predicted events stay short of an edge of a human one, and their time.
     """
 
-    human: Tally = Tally()
-    predicted: Tally = Tally()
-    insertion: Tally = Tally()
-    deletion: Tally = Tally()
+    human: Tally = Tally()  # all human events, and their time
+    predicted: Tally = Tally()  # all predicted ones
+    insertion: Tally = Tally()  # predicted events that meet no human event of their action
+    deletion: Tally = Tally()  # human events that no predicted event of their action meets
+    #: Human events that several predicted ones fall into, and the time missed between those
     fragmentation: Tally = Tally()
+    #: Predicted events that join several human ones, and the false time between those
     merge: Tally = Tally()
-    overfill: Tally = Tally()
-    underfill: Tally = Tally()
+    overfill: Tally = Tally()  # stretches of predicted events over an edge of a human one
+    underfill: Tally = Tally()  # stretches by which they stay short of such an edge
 
     def __add__(self, other: Events) -> Events:
         return Events(
@@ -271,7 +248,7 @@ class Events:
 
 def _event_pieces(
     over: Overlay,
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
+) -> tuple[Whole, Whole, Whole, Real]:
     """Right, missed and false time of all actions, by action and then by time.
 
     What each piece is, how many of its two neighbours are right, its first sample, and its seconds.
@@ -351,7 +328,8 @@ def boundaries_found(closed: Overlay) -> tuple[int, int]:
     Boundaries, of an overlay without unlabelled time, are where one action gives way to another;
     the ends of the recording are none. A predicted one counts whichever its actions are.
     """
-    human, predicted = closed.human.starts[1:], _predicted_changes(closed)
+    human = closed.human.starts[1:]
+    predicted = closed.pieces.starts[1:][np.diff(closed.predicted_codes) != 0]
     if len(predicted) == 0:
         return 0, len(human)
     after = np.searchsorted(predicted, human)
@@ -361,42 +339,23 @@ def boundaries_found(closed: Overlay) -> tuple[int, int]:
     return int((near <= NEAR * (1 + 1e-9)).sum()), len(human)
 
 
-def inner_boundary_errors(closed: Overlay, matches: Matches) -> NDArray[np.float64]:
-    """Distances in milliseconds of matched edges where one action gives way to another.
-
-    Unlike those of :func:`boundary_errors`, of which every edge at unlabelled time is 0 whatever
-    was predicted. The first edge and the last one are left out.
-    """
-    human, predicted = matches.human, matches.predicted
-    starts = (closed.human.starts[human] - closed.predicted.starts[predicted])[human > 0]
-    ends = closed.human.ends[human] - closed.predicted.ends[predicted]
-    inner = human < len(closed.human) - 1
-    return np.asarray(1000.0 * np.abs(np.concatenate([starts, ends[inner]])))
-
-
-def _predicted_changes(closed: Overlay) -> NDArray[np.float64]:
-    """Where the prediction changes, in seconds, rising."""
-    changes = np.flatnonzero(np.diff(closed.predicted_codes)) + 1
-    return closed.pieces.starts[changes]
-
-
 @dataclass(frozen=True, eq=False, slots=True)
 class Counts:
     """All that the scores of a demonstration, or of several, are made from; k actions."""
 
     #: (k, k + 1); samples by human action (rows) and predicted action (columns); the last column
     #: counts those predicted as unlabelled
-    confusion: NDArray[np.int64]
+    confusion: Whole
     edits: tuple[float, ...]  # edit score of each demonstration that has one
     #: (3, 3); A row for each of :data:`~forcelab.recognition.metrics.OVERLAPS`: matched segments,
     #: predicted ones without a match, human ones without a match
-    segments: NDArray[np.int64]
-    boundaries: NDArray[np.float64]  # (b,); boundary errors in milliseconds
+    segments: Whole
+    boundaries: Real  # (b,); boundary errors in milliseconds
     events: Events  # event errors
-    labelled_segments: NDArray[np.int64]  # (3, 3); as `segments`, in labelled time alone
+    labelled_segments: Whole  # (3, 3); as `segments`, in labelled time alone
     #: (2,); human boundaries in labelled time that have a predicted one within 100 ms, and all
-    found: NDArray[np.int64]
-    labelled_boundaries: NDArray[np.float64]  # (c,); as `boundaries`, in labelled time alone
+    found: Whole
+    labelled_boundaries: Real  # (c,); as `boundaries`, in labelled time alone
 
     def __add__(self, other: Counts) -> Counts:
         return Counts(
@@ -490,12 +449,7 @@ class Scores:
         return asdict(self)
 
 
-def count(
-    human: NDArray[np.int64],
-    predicted: NDArray[np.int64],
-    times: NDArray[np.float64],
-    actions: Sequence[str],
-) -> Counts:
+def count(human: Codes, predicted: Codes, times: Real, actions: Sequence[str]) -> Counts:
     """Compare codes (n,) of a predicted with a human track; parameters as of :func:`overlay`."""
     return count_overlay(overlay(human, predicted, times, actions))
 
@@ -509,23 +463,23 @@ def count_overlay(over: Overlay) -> Counts:
     return Counts(
         confusion=_confusion(over),
         edits=() if edit is None else (edit,),
-        segments=_segments(over, matches),
+        segments=count_matches(over, matches),
         boundaries=boundary_errors(over, matches[0]),
         events=event_errors(over),
-        labelled_segments=_segments(closed, closed_matches),
+        labelled_segments=count_matches(closed, closed_matches),
         found=np.array(boundaries_found(closed)),
-        labelled_boundaries=inner_boundary_errors(closed, closed_matches[0]),
+        labelled_boundaries=boundary_errors(closed, closed_matches[0], inner=True),
     )
 
 
-def _segments(over: Overlay, matches: Sequence[Matches]) -> NDArray[np.int64]:
-    """Matched segments, predicted and human ones without a match; a row for each overlap."""
+def count_matches(over: Overlay, matches: Sequence[Matches]) -> Whole:
+    """Matched segments, predicted and human ones without a match; a row for each of `matches`."""
     return np.array(
         [[len(m), len(over.predicted) - len(m), len(over.human) - len(m)] for m in matches]
     )
 
 
-def _confusion(over: Overlay) -> NDArray[np.int64]:
+def _confusion(over: Overlay) -> Whole:
     """Samples by human and predicted action, shape (k, k + 1)."""
     counts = np.zeros((over.actions, over.actions + 1), dtype=np.int64)
     # Unlabelled is code -1, which indexes the last column.
@@ -560,7 +514,7 @@ METRICS = (
 AT_ONCE = 4_000_000
 
 
-def score_resamples(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]:
+def score_resamples(parts: Sequence[Counts], weights: Whole) -> dict[str, Real]:
     """Score resamples, given weights (r, n) of n demonstrations, each as one pool: (r,) each.
 
     A key for each of :data:`METRICS`; NaN where the metric is not defined. Kappa is Cohen's
@@ -588,7 +542,7 @@ def score_resamples(parts: Sequence[Counts], weights: Weights) -> dict[str, Real
     return result
 
 
-def _frame_metrics(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]:
+def _frame_metrics(parts: Sequence[Counts], weights: Whole) -> dict[str, Real]:
     """The metrics that are made from the confusion."""
     confusions = np.stack([part.confusion for part in parts]).astype(np.float64)
     right = weights @ np.diagonal(confusions, axis1=1, axis2=2)
@@ -612,7 +566,7 @@ def _frame_metrics(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]
     }
 
 
-def _percentiles(parts: Sequence[Real], weights: Weights, percents: tuple[int, ...]) -> list[Real]:
+def _percentiles(parts: Sequence[Real], weights: Whole, percents: tuple[int, ...]) -> list[Real]:
     """Percentiles of the boundary errors, linear between neighbours as ``np.percentile`` is.
 
     All errors are sorted once; in a resample each occurs as often as its demonstration.
@@ -679,18 +633,23 @@ def overlay_segments(human: Segments, predicted: Segments, actions: Sequence[str
 
     Segments are in order and never overlap; touching ones of one action are one.
     """
-    number = {action: code for code, action in enumerate(actions)}
-    edges = np.array([(s.start, s.end) for s in (*human, *predicted)])
+    number = {action: code for code, action in enumerate(actions, 1)}
+    both = (*human, *predicted)
+    edges = np.array([(s.start, s.end) for s in both])
     ticks, firsts, places = np.unique(
         np.rint(edges * TICKS).astype(np.int64), return_index=True, return_inverse=True
     )
     times = edges.ravel()[firsts]
-    spans = places.reshape(-1, 2).tolist()
-    codes = np.full((2, len(ticks[1:])), UNLABELLED, dtype=np.int64)
-    for i, (segment, (first, last)) in enumerate(zip((*human, *predicted), spans, strict=True)):
-        codes[int(i >= len(human)), first:last] = number[segment.action]
+    # Each segment raises the code of its track from unlabelled, -1, and its end takes it back.
+    codes = np.array([number[s.action] for s in both], dtype=np.int64)
+    track = np.repeat([0, 1], [len(human), len(predicted)])
+    starts, ends = places.reshape(-1, 2).T
+    steps = np.zeros((2, len(ticks)), dtype=np.int64)
+    np.add.at(steps, (track, starts), codes)
+    np.subtract.at(steps, (track, ends), codes)
+    human_codes, predicted_codes = steps[:, :-1].cumsum(axis=1) - 1
     return Overlay.from_codes(
-        codes[0], codes[1], len(actions), lambda codes: gather_runs(codes, ticks, times)
+        human_codes, predicted_codes, len(actions), lambda c: gather_runs(c, ticks, times)
     )
 
 
@@ -738,9 +697,7 @@ def score_tracks(
     return pool(name, [count_segments(human, predicted, scored)])
 
 
-def gather_runs(
-    codes: NDArray[np.int64], ticks: NDArray[np.int64], times: NDArray[np.float64]
-) -> Runs:
+def gather_runs(codes: Codes, ticks: Whole, times: Real) -> Runs:
     """Neighbours of equal code as one; code ``i`` holds from tick and time ``i`` to the next."""
     runs = stretches(codes, times[:-1], times[1:])
     return Runs(runs.codes, ticks[runs.firsts], ticks[runs.lasts], runs.starts, runs.ends)

@@ -13,8 +13,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from forcelab.arrays import Real, Whole
 from forcelab.errors import InputError
 from forcelab.label_map import MergeMap
 from forcelab.recognition.classifiers import REGISTRY
@@ -175,7 +176,7 @@ class Settings:
         return wavelet_named(self.wavelet, self.parameter)
 
     @property
-    def scales(self) -> NDArray[np.float64]:
+    def scales(self) -> Real:
         """Scales in samples, shape (k,)."""
         return geometric_scales(self.min_scale, self.max_scale, self.spacing)
 
@@ -208,7 +209,7 @@ class Settings:
         """Whether a decoder takes the place of the filters."""
         return self.decoder != "filters"
 
-    def bands(self, rate: float) -> NDArray[np.float64]:
+    def bands(self, rate: float) -> Real:
         """The frequency in Hz that each window, or else scale, answers to, shape (k,), falling.
 
         Of a window the angular frequency is one over its standard deviation: what changes faster
@@ -230,13 +231,13 @@ class Settings:
         own = (plugin_width(path, channels, rate) for path in self.own_features)
         return len(self.feature_bands(channels, rate)) + sum(own)
 
-    def _blocks(self, rate: float) -> list[tuple[str, list[str], NDArray[np.int64]]]:
+    def _blocks(self, rate: float) -> list[tuple[str, list[str], Whole]]:
         """Each block of features: what of a channel, by which windows or scales, of which band.
 
         A peak belongs to the window that is about as long as it looks, a wavelet beside windows to
         the one of the nearest frequency.
         """
-        blocks: list[tuple[str, list[str], NDArray[np.int64]]] = []
+        blocks: list[tuple[str, list[str], Whole]] = []
         bands = self.bands(rate)
         if "windows" in self.known_features:
             names, own = [f"{window:.6g} s" for window in self.windows], np.arange(len(bands))
@@ -252,7 +253,7 @@ class Settings:
             blocks += [(kind, names, nearest) for kind in ("log magnitude", *phases * self.phase)]
         return blocks
 
-    def feature_bands(self, channels: int, rate: float) -> NDArray[np.int64]:
+    def feature_bands(self, channels: int, rate: float) -> Whole:
         """Which of the k :meth:`bands` of which channel each feature is of, shape (f,).
 
         k times the channel, plus the band. One's own features, which are of none, are left out.
@@ -759,7 +760,7 @@ def _unmet_need(name: str, values: Mapping[str, Any]) -> Need | None:
     return next((need for need in _NEEDS.get(name, ()) if values[need[0]] not in need[1]), None)
 
 
-def _nearest(values: ArrayLike, bands: ArrayLike) -> NDArray[np.int64]:
+def _nearest(values: ArrayLike, bands: ArrayLike) -> Whole:
     """Which band is nearest to each value, in octaves."""
     return np.abs(np.log(np.divide.outer(values, bands))).argmin(axis=1)
 

@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcelab.arrays import Real, Whole
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, job
 from forcelab.labels import Interval
@@ -32,8 +32,6 @@ from forcelab.review.differences import action_over, interval_at
 from forcelab.review.held_out import HeldOutModel, train_held_out
 from forcelab.review.run_result import RunResult
 from forcelab.review.similar_segments import Neighbour, nearest_segments, summarise
-
-Real = NDArray[np.float64]
 
 #: Of a permutation: time steps of the place that are looked at, at most, and repetitions.
 STEPS, REPEATS = 64, 8
@@ -71,7 +69,7 @@ def attribute_bands(
     favoured: str,
     against: str,
     shape: tuple[int, int],
-    bands: NDArray[np.int64],
+    bands: Whole,
     *,
     mean: Real,
     sample: Real,
@@ -117,7 +115,7 @@ def _permute_bands(
     odds: Callable[[Real], Real],
     rows: Real,
     shape: tuple[int, int],
-    bands: NDArray[np.int64],
+    bands: Whole,
     sample: Real,
     seed: int,
 ) -> Generator[Progress, None, Attribution]:

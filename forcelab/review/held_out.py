@@ -14,8 +14,8 @@ from time import perf_counter
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcelab.arrays import Real
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
@@ -38,8 +38,6 @@ from forcelab.recognition.training import clean_examples, fit_cleaned, prepare_a
 from forcelab.review.run_result import RunResult
 from forcelab.review.similar_segments import SegmentFeatures, summarise_segments
 from forcelab.segment_edits import spliced
-
-Real = NDArray[np.float64]
 
 #: How many time steps that were trained on are kept, to replace features by.
 SAMPLE = 2048

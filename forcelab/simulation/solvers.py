@@ -55,15 +55,12 @@ class EventLocator:
     """
 
     def __init__(self, system: Mechanics) -> None:
-        meanings = [meaning.split("|") for meaning in system.events]
-        self._meanings = [(falling, rising) for rising, falling in meanings]
-        self._requested_times = np.array(
-            [[bool(falling), bool(rising)] for falling, rising in self._meanings]
-        ).reshape(-1, 2)
+        self._meanings = system.events
+        self._named = np.array(system.events, dtype=str).reshape(-1, 2) != ""
 
     def kinds(self, passage: StepEvents) -> tuple[str, ...]:
         """What the events of a passage are called."""
-        return tuple(self._meanings[event][rising] for event, rising in passage.happened)
+        return tuple(self._meanings[event][not rising] for event, rising in passage.happened)
 
     def first(
         self,
@@ -92,9 +89,7 @@ class EventLocator:
                 raise FloatingPointError("an event function is not finite")
             trace = _sides(sides, values)
             crossed = trace[:, 1:] * trace[:, :-1] < 0
-            crossed &= self._requested_times[
-                np.arange(len(trace))[:, None], (trace[:, 1:] > 0).astype(int)
-            ]
+            crossed &= np.where(trace[:, 1:] > 0, self._named[:, :1], self._named[:, 1:])
             crossed &= decided[:, None]
             columns = np.flatnonzero(crossed.any(axis=0))
             if not len(columns):
@@ -469,10 +464,6 @@ class RosenbrockBatch:
         self.sides = np.sign(self.values)
         #: Where each state went in the last step: a nudge that way meets no contact left behind.
         self.heading = np.ones(self.state.shape)
-        self.positions, self.velocities = system.positions, system.velocities
-        #: All rows but the positions', and which of these are the velocities.
-        self.inner = np.setdiff1d(np.arange(len(system.names)), system.positions)
-        self.carried = np.searchsorted(self.inner, system.velocities)
         self._arrange(system)
 
     def run(self) -> Iterator[Progress]:
@@ -589,7 +580,8 @@ class RosenbrockBatch:
         rates = rates.reshape(count, count + 2, lanes)
         self.first = rates[:, 0]
         self.drift = (rates[:, 1] - self.first) / (times[1] - times[0])
-        change = (rates[self.inner, 2:] - self.first[self.inner, None]) / nudges
+        dof = self.system.dof
+        change = (rates[dof:, 2:] - self.first[dof:, None]) / nudges
         self.slope = np.ascontiguousarray(change.transpose(2, 0, 1))
 
     def _invert(self, reach: Array) -> None:
@@ -598,19 +590,19 @@ class RosenbrockBatch:
         A position's rate is a velocity: ``u_q = reach (right_q + u_v)`` is put into the other
         equations, which are about half of all.
         """
-        count, share = len(self.inner), reach[:, None, None]
-        carry = self.slope[:, :, self.positions] * share
-        matrix = -self.slope[:, :, self.inner]
-        matrix[:, :, self.carried] -= carry
-        diagonal = np.arange(count)
-        matrix[:, diagonal, diagonal] += 1 / share[:, 0]
-        right = np.zeros((len(reach), count, len(self.state)))
-        right[:, diagonal, self.inner] = 1.0
-        right[:, :, self.positions] = carry
-        back = self.back
-        back[:, self.inner] = _inverse(matrix) @ right
-        back[:, self.positions] = back[:, self.velocities] * share
-        back[:, self.positions, self.positions] += share[:, 0]
+        dof, share, back = self.system.dof, reach[:, None, None], self.back
+        diagonal = np.arange(len(self.state))
+        positions, inner = diagonal[:dof], diagonal[: len(self.state) - dof]
+        carry = self.slope[:, :, :dof] * share
+        matrix = -self.slope[:, :, dof:]
+        matrix[:, :, :dof] -= carry
+        matrix[:, inner, inner] += 1 / share[:, 0]
+        right = np.zeros((len(reach), len(inner), len(self.state)))
+        right[:, inner, inner + dof] = 1.0
+        right[:, :, :dof] = carry
+        back[:, dof:] = _inverse(matrix) @ right
+        back[:, :dof] = back[:, dof : 2 * dof] * share
+        back[:, positions, positions] += share[:, 0]
 
     def _choose_steps(self, error: Array, good: NDArray[np.bool_]) -> None:
         """The length of each lane's next step; an error that is not a number shrinks it most.

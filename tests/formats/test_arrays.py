@@ -110,7 +110,7 @@ class TestWhatIsRead:
         path = write_npz(tmp_path / "a.npz", labels=np.array(["grab", "hold"]), **arrays)
         recording = read_single(path)
         assert labels(recording) == GRAB_AND_HOLD
-        assert "Column host_time was left out: it has times, too." in recording.remarks
+        assert "Column host_time was left out: times were read from 'time'." in recording.remarks
 
     def test_an_array_alone_is_a_table_without_a_header(self, tmp_path):
         np.save(tmp_path / "a.npy", np.column_stack([TIMES, FORCES]))

@@ -1,5 +1,6 @@
 """HDF5 files written by h5py: what is read of them, and what a damaged one can do."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -170,6 +171,29 @@ def test_a_file_of_robomimic_is_a_demonstration_a_group(path):
     listed = {"actions", "obs/agentview_image", "obs/robot0_eef_pos", "rewards", "mask/train"}
     assert set(uses) == listed
     assert uses["obs/agentview_image"].choices == ("left out",)
+
+
+def test_a_file_of_robomimic_has_the_rate_of_its_environment(path):
+    with h5py.File(path, "w") as file:
+        file["data/demo_0/obs/robot0_ee_force"] = FORCES
+        file["data"].attrs["env_args"] = json.dumps({"env_kwargs": {"control_freq": 20}})
+    recording = read_single(path)
+    assert recording.demonstration.rate == pytest.approx(20)
+    assert "The file says that there are 20 samples a second." in recording.remarks
+    assert read_single(path, rate=50.0).demonstration.rate == pytest.approx(50)
+    with h5py.File(path, "a") as file:
+        file["data/demo_0/t"] = TIMES
+    assert np.array_equal(read_single(path).demonstration.times, TIMES)
+
+
+@pytest.mark.parametrize(
+    "text", ["{", "[]", "{}", '{"env_kwargs": {"control_freq": [20]}}', "[" * 10_000]
+)
+def test_an_environment_that_tells_no_rate_leaves_it_to_be_asked_for(path, text):
+    with h5py.File(path, "w") as file:
+        file["data/demo_0/obs/robot0_ee_force"] = FORCES
+        file["data"].attrs["env_args"] = text
+    assert "no column of times" in refusal(path, UnclearRateError)
 
 
 def test_what_robomimic_keeps_a_step_later_is_no_second_sensor(path):

@@ -135,7 +135,7 @@ class TestDialects:
         pandas = ",time,fx\n0,0.0,5\n1,0.1,6\n2,0.2,7\n"
         recording = read_single(table(pandas))
         assert channels(recording) == [("fx", "")]
-        assert "Column 1 was left out: it only counts the rows." in recording.remarks
+        assert "Column 1 was left out: row numbers." in recording.remarks
         r = '"time" "fx"\n"1" 0.0 5\n"2" 0.1 6\n"3" 0.2 7\n'
         assert read_single(table(r)).demonstration == recording.demonstration
 
@@ -370,7 +370,10 @@ class TestTime:
     def test_a_second_column_of_stamps_is_no_channel(self, table):
         recording = read_single(table("time,timestamp,fx\n0,1700000000000,1\n.1,1700000000100,2\n"))
         assert channels(recording) == [("fx", "")]
-        assert recording.remarks == ("Column timestamp was left out: it has times, too.",)
+        assert recording.remarks == ("Column timestamp was left out: times were read from 'time'.",)
+        columns = table("t,time 2,time 3,fx\n" + "".join(f".{i},{i},5,0.5\n" for i in range(4)))
+        (remark,) = read_single(columns).remarks
+        assert remark == "Columns time 2, time 3 were left out: times were read from 't'."
 
     @pytest.mark.parametrize("mark", [",", "\t"])
     def test_stamps_may_say_am_and_pm(self, table, mark):
@@ -689,6 +692,16 @@ def test_a_title_above_the_header_is_no_level_of_it(table, header, remarks):
         assert expected in remark
 
 
+def test_ground_forces_of_opensim_have_their_units(table):
+    names = ["ground_force_vx", "ground_force_px", "1_ground_torque_y", "knee_angle_r"]
+    rows = "".join(f"{i / 100:.8f}\t{i % 7 / 4}\t0.5\t{i % 9 / 4}\t12.5\n" for i in range(20))
+    head = "walk_grf\nversion=1\nnRows=20\nnColumns=5\ninDegrees=yes\nendheader\n"
+    recording = read_single(table(head + "\t".join(["time", *names]) + "\n" + rows, "walk.mot"))
+    units = ["N", "m", "Nm", ""]
+    assert channels(recording) == list(zip(names, units, strict=True))
+    assert recording.demonstration.rate == pytest.approx(100)
+
+
 def vicon(samples, after=""):
     """Two forces at 1 kHz beside video at 100 Hz, as Vicon exports them."""
     rows = [f"{i // 10 + 1},{i % 10},{i % 7 / 4},{i % 9 / 4}\n" for i in samples]
@@ -821,7 +834,7 @@ COUNTS = (65_400 + NUMBERS) % 65_536
 def test_beside_stamps_a_counter_is_left_out_and_said(counter_table):
     recording = read_single(counter_table(COUNTS, times=NUMBERS / 200))
     assert [c.name for c in recording.demonstration.channels] == ["Daumen_x"]
-    assert "Column Paket was left out: it counts the samples." in recording.remarks
+    assert "Column Paket was left out: sample counts." in recording.remarks
 
 
 def test_without_stamps_it_places_the_rows_so_that_what_was_lost_is_a_gap(counter_table):
@@ -873,7 +886,8 @@ def test_one_of_any_name_is_known_by_how_it_goes_on(counter_table):
     recording = read_single(counter_table(COUNTS, "Wert_A;Wert_B"), rate=200.0)
     assert [c.name for c in recording.demonstration.channels] == ["Wert_B"]
     assert recording.demonstration.duration == pytest.approx(1.5)
-    assert "if it is a signal, import it as one (--signal)" in " ".join(recording.remarks)
+    why = "sample counts, by their steps; import what is a signal as one (--signal)."
+    assert f"Column Wert_A was left out: {why}" in recording.remarks
 
 
 def test_a_column_taken_for_a_counter_is_a_signal_where_it_is_asked_for(counter_table):

@@ -148,7 +148,7 @@ def test_cancel_stops_an_import_half_way_and_the_dialog_stays(
     dialog = open_on(long_table)
     bar = named(dialog, QProgressBar, "Progress of the import")
     cancel = named(dialog, QPushButton, "Cancel the import")
-    assert cancel.isHidden()
+    assert not cancel.isVisible()
     QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
     until(lambda: half.is_set() and 2 * bar.value() > bar.maximum())
     assert cancel.isVisible()
@@ -157,8 +157,8 @@ def test_cancel_stops_an_import_half_way_and_the_dialog_stays(
     QTest.mouseClick(cancel, Qt.MouseButton.LeftButton)
     cancelled.set()
     until(lambda: report(dialog) == "The import was cancelled.")
-    assert cancel.isHidden()
-    assert bar.isHidden()
+    assert not cancel.isVisible()
+    assert not bar.isVisible()
     assert document.infos == ()
     assert files(dialog) == [str(long_table)]
     monkeypatch.setattr(import_dialog, "importing", importing)
@@ -651,7 +651,7 @@ def test_every_remark_is_shown_once_for_all_files(open_on, tmp_path, until):
     import_button(dialog).click()
     until(lambda: "8 demonstrations imported" in report(dialog))
     together = "trial 0.csv, trial 1.csv, trial 2.csv and 5 more: "
-    assert f"{together}Column Paket was left out: it counts the samples.\n" in report(dialog)
+    assert f"{together}Column Paket was left out: sample counts.\n" in report(dialog)
     assert report(dialog).count("Paket") == 1
 
 
@@ -660,7 +660,7 @@ def test_a_remark_names_no_option_of_the_command_line(german, until):
     path.write_text(path.read_text().replace("Paket", "Wert"))
     import_button(german).click()
     until(lambda: "1 demonstration imported" in report(german))
-    assert "if it is a signal, import it as one (Read as: signal)" in report(german)
+    assert "import what is a signal as one (Read as: signal)" in report(german)
 
 
 def test_a_file_whose_signals_are_not_plain_names_no_option_either(open_on, tmp_path):

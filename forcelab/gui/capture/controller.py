@@ -249,7 +249,6 @@ class CaptureController(QObject):
             CaptureState.CONNECTING,
             self.connection.open_devices(project.path, tuple(devices), tuple(cameras)),
             self._devices_opened,
-            lambda: CaptureState.DISCONNECTED,
         )
 
     def disconnect_devices(self) -> None:
@@ -259,8 +258,7 @@ class CaptureController(QObject):
             return
         unsaved = self.phase in (CaptureState.RECORDING, CaptureState.UNSAVED)
         phase = CaptureState.SAVING if unsaved else CaptureState.DISCONNECTING
-        job = self.connection.close_devices()
-        self._run_job(phase, job, self._devices_closed, lambda: CaptureState.DISCONNECTED)
+        self._run_job(phase, self.connection.close_devices(), self._devices_closed)
 
     def zero(self) -> None:
         """Let all devices take their present readings for zero."""
@@ -314,7 +312,7 @@ class CaptureController(QObject):
         elif self.phase in (CaptureState.RECORDING, CaptureState.UNSAVED):
             self.marks.end(time.monotonic())
             job = self.connection.stop_recording()
-            self._run_job(CaptureState.SAVING, job, self._recording_saved, self._after_failed_stop)
+            self._run_job(CaptureState.SAVING, job, self._recording_saved)
         elif self.phase is CaptureState.DISCONNECTED:
             self.add_message("Connect the devices before recording.", True)
 
@@ -324,13 +322,13 @@ class CaptureController(QObject):
             self.record_or_stop()
         elif self.phase in (CaptureState.RECORDING, CaptureState.UNSAVED):
             job = self.connection.discard_recording()
-            self._run_job(CaptureState.DISCARDING, job, self._discarded, self._after_failed_stop)
+            self._run_job(CaptureState.DISCARDING, job, self._discarded)
         elif self.phase not in BUSY_STATES:
             self._discard_last()
 
     def _discard_last(self) -> None:
         """Discard what was kept last, once it was asked for twice."""
-        recording, path, after = self.last_recording.recording, self.last_recording.path, self.phase
+        recording, path = self.last_recording.recording, self.last_recording.path
         if recording is None or path is None:
             self.add_message("Nothing is being recorded, and nothing was recorded just now.")
         elif not self.last_recording.confirm():
@@ -339,13 +337,8 @@ class CaptureController(QObject):
                 f"you ask once more."
             )
         else:
-            self._run_job(
-                CaptureState.DISCARDING,
-                discard_recording(path, recording),
-                self._last_discarded,
-                lambda: after,
-                after,
-            )
+            job = discard_recording(path, recording)
+            self._run_job(CaptureState.DISCARDING, job, self._last_discarded)
 
     def mark(self, action: str, down: bool, at: float) -> bool:
         """An action's key went down or up; gives whether that counts."""
@@ -375,18 +368,12 @@ class CaptureController(QObject):
         """Make demonstrations of the unfinished recordings."""
         project = self.document.project
         if project is not None and self.phase in IDLE_STATES:
-            after = self.phase
-            self._run_job(
-                CaptureState.RECOVERING,
-                recover_recordings(project.path),
-                self._recovered,
-                lambda: after,
-                after,
-            )
+            job = recover_recordings(project.path)
+            self._run_job(CaptureState.RECOVERING, job, self._recovered)
 
     def _start(self) -> None:
         job = self.connection.start_recording(self.task, self.name, self.document.author)
-        self._run_job(CaptureState.STARTING, job, self._started, lambda: CaptureState.READY)
+        self._run_job(CaptureState.STARTING, job, self._started)
 
     # Jobs
 
@@ -395,30 +382,27 @@ class CaptureController(QObject):
         phase: CaptureState,
         job: Generator[Any, None, Any],
         done: Callable[[Any], object],
-        after_failure: Callable[[], CaptureState],
-        after: CaptureState | None = None,
     ) -> None:
         """Let a job have the recorder."""
 
-        def finished(result: Any) -> None:
-            if after is not None:
-                self._set_phase(after)
-            done(result)
-
         def failed(error: Exception) -> None:
-            self._set_phase(after_failure())
+            self._set_phase(self._phase_without_job)
             if isinstance(error, ForcelabError):
                 self.add_message(self._error_text(error), True)
             self._check_project()
 
         self._set_phase(phase)
-        self._jobs.run(job, finished, failed, key=JOB)
+        self._jobs.run(job, done, failed, key=JOB)
 
     def _set_phase(self, phase: CaptureState) -> None:
         self.phase = phase
         self.changed.emit()
 
-    def _after_failed_stop(self) -> CaptureState:
+    @property
+    def _phase_without_job(self) -> CaptureState:
+        """The phase once a job is over that began no recording, by what is open and kept."""
+        if self.connection.recorder is None:
+            return CaptureState.DISCONNECTED
         return CaptureState.UNSAVED if self.connection.has_recording else CaptureState.READY
 
     def _error_text(self, error: ForcelabError) -> str:
@@ -476,11 +460,13 @@ class CaptureController(QObject):
         self._check_project()
 
     def _last_discarded(self, name: str) -> None:
+        self._set_phase(self._phase_without_job)
         self.last_recording.forget()
         self.add_message(f"'{name}' is discarded; nothing of it is kept.")
         self._reload_project()
 
     def _recovered(self, results: tuple[RecoveredRecording, ...]) -> None:
+        self._set_phase(self._phase_without_job)
         for result in results:
             if result.recording is None:
                 self.add_message(result.problem, not result.removed)

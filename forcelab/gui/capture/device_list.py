@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import unquote
 
-from PySide6.QtCore import QEvent, QPoint, QSize, Qt, Signal
+from PySide6.QtCore import QPoint, QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -44,7 +44,9 @@ from forcelab.gui.layout import (
     fill_layout,
     push_button,
     resize_on_screen,
+    run_dialog,
     search_field,
+    sentence_label,
     set_enabled_with_reason,
     toned_label,
 )
@@ -60,8 +62,10 @@ if TYPE_CHECKING:
 
 #: How a device was found: its name, what it is, and whether it may be opened.
 FoundDevice = tuple[str, str, bool]
-#: Data of a row: ``"device"`` or ``"camera"``, its name, and how it was found.
-_KIND, _NAME, _FOUND = (Qt.ItemDataRole.UserRole + i for i in range(3))
+#: What stands before the number or path of a camera.
+CAMERA = "camera:"
+#: Data of a row: its name as it is typed, and how it was found.
+_NAME, _FOUND = (Qt.ItemDataRole.UserRole + i for i in range(2))
 
 
 class DeviceRows(QListWidget):
@@ -77,19 +81,12 @@ class DeviceRows(QListWidget):
         themes().changed.connect(self._colour)
         self._colour()
 
-    def event(self, event: QEvent) -> bool:
+    def keeps(self, event: QKeyEvent) -> bool:
         """Delete is for the rows before it is for a command of the window."""
-        if (
-            isinstance(event, QKeyEvent)
-            and event.type() == QEvent.Type.ShortcutOverride
-            and event.matches(QKeySequence.StandardKey.Delete)
-        ):
-            event.accept()
-            return True
-        return super().event(event)
+        return event.matches(QKeySequence.StandardKey.Delete)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        if event.matches(QKeySequence.StandardKey.Delete):
+        if self.keeps(event):
             self.delete_pressed.emit()
         else:
             super().keyPressEvent(event)
@@ -104,26 +101,25 @@ class DeviceRows(QListWidget):
 
     def name_of(self, item: QListWidgetItem) -> str:
         """A row's name as it is typed."""
-        prefix = "camera:" if item.data(_KIND) == "camera" else ""
-        return prefix + str(item.data(_NAME))
+        return str(item.data(_NAME))
 
-    def ticked(self, kind: str) -> tuple[str, ...]:
-        """The names of the devices or cameras that are ticked, in their order."""
-        return tuple(
-            str(item.data(_NAME))
-            for item in self.all_items()
-            if item.data(_KIND) == kind and item.checkState() == Qt.CheckState.Checked
-        )
+    def row_of(self, name: str) -> QListWidgetItem | None:
+        """The row with a name."""
+        return next((item for item in self.all_items() if self.name_of(item) == name), None)
+
+    def ticked(self) -> tuple[str, ...]:
+        """The names of the rows that are ticked, in their order."""
+        checked = Qt.CheckState.Checked
+        return tuple(self.name_of(i) for i in self.all_items() if i.checkState() == checked)
 
     def add_row(self, name: str, device: FoundDevice | None = None) -> QListWidgetItem:
         """Add a row by its name as it is typed, or give the one with that name.
 
         `device` is how it was found where it is plugged in.
         """
-        for row in self.all_items():
-            if self.name_of(row) == name:
-                row.setData(_FOUND, found_as(row) if device is None else device)
-                return row
+        if (row := self.row_of(name)) is not None:
+            row.setData(_FOUND, device or found_as(row))
+            return row
         _, description, usable = device or ("", "", True)
         kind, _, rest = name.partition(":")
         short, _, options = name.partition("?")
@@ -136,14 +132,8 @@ class DeviceRows(QListWidget):
         lines = [short, description, options, denied, uncalibrated]
         item = QListWidgetItem("\n".join(line for line in lines if line))
         item.setToolTip("\n".join([name, *filter(None, (description, denied, uncalibrated))]))
-        item.setData(_KIND, "camera" if kind == "camera" else "device")
-        item.setData(_NAME, rest if kind == "camera" else name)
+        item.setData(_NAME, name)
         item.setData(_FOUND, device)
-        item.setFlags(
-            Qt.ItemFlag.ItemIsEnabled
-            | Qt.ItemFlag.ItemIsSelectable
-            | Qt.ItemFlag.ItemIsUserCheckable
-        )
         item.setCheckState(Qt.CheckState.Unchecked)
         self.addItem(item)
         return item
@@ -155,7 +145,7 @@ class DeviceRows(QListWidget):
 
 def sends_counts(item: QListWidgetItem) -> bool:
     """Whether a row is a device that gives counts, of which a calibration makes newtons."""
-    return item.data(_KIND) == "device" and str(item.data(_NAME)).startswith("optoforce:")
+    return str(item.data(_NAME)).startswith("optoforce:")
 
 
 def found_as(item: QListWidgetItem) -> FoundDevice | None:
@@ -188,11 +178,10 @@ class RecordedDeviceDialog(QDialog):
         self._document = document
         self._infos: Sequence[DemonstrationInfo] = ()
         self._row = 0  # of the chosen project
-        what = QLabel(
+        what = sentence_label(
             "It plays in real time with the channels, units and rate it was recorded with, as if "
             "its sensors were plugged in."
         )
-        what.setWordWrap(True)
         self.project = ElidedComboBox()
         self.project.setAccessibleName("Project of the demonstration")
         self._list_projects()
@@ -350,11 +339,10 @@ class DeviceList(QWidget):
         self.rows.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         self.rows.customContextMenuRequested.connect(self._show_menu)
         self.rows.delete_pressed.connect(self._remove)
-        self.nothing = QLabel(
+        self.nothing = sentence_label(
             "Nothing was found; plug a device in, or add one below. Without any, a recorded "
             "demonstration plays as if its sensors were plugged in."
         )
-        self.nothing.setWordWrap(True)
         heading = QLabel("Devices")
         emphasise(heading)
         top = fill_layout(QHBoxLayout(), (heading, 1), self.refresh_button)
@@ -368,12 +356,13 @@ class DeviceList(QWidget):
     @property
     def devices(self) -> tuple[str, ...]:
         """Names of the devices that are ticked."""
-        return self.rows.ticked("device")
+        return tuple(name for name in self.rows.ticked() if not name.startswith(CAMERA))
 
     @property
     def cameras(self) -> tuple[str, ...]:
         """Numbers or paths of the cameras that are ticked."""
-        return self.rows.ticked("camera")
+        ticked = self.rows.ticked()
+        return tuple(name.removeprefix(CAMERA) for name in ticked if name.startswith(CAMERA))
 
     def set_choosing(self, choosing: bool) -> None:
         """Let devices be chosen; else show those that are ticked, and take no more room."""
@@ -409,7 +398,7 @@ class DeviceList(QWidget):
 
     def remember(self) -> None:
         """Keep what is ticked for the next time; of what was added by hand, that too."""
-        ticked = (*self.devices, *(f"camera:{camera}" for camera in self.cameras))
+        ticked = self.rows.ticked()
         settings.store(TICKED, ticked)
         by_hand = settings.strings(BY_HAND)  # a calibration is kept: it is not easily found again
         settings.store(BY_HAND, [n for n in by_hand if n in ticked or "calibration=" in n])
@@ -441,9 +430,8 @@ class DeviceList(QWidget):
     def _ask_recorded(self) -> None:
         """Let a demonstration be chosen that plays as a device."""
         dialog = RecordedDeviceDialog(self._controller.document, self)
-        if dialog.exec():
+        if run_dialog(dialog):
             self.add(dialog.device)
-        dialog.deleteLater()
 
     def _ask_calibration(self) -> None:
         """Let a calibration file be chosen for the current device."""
@@ -459,9 +447,7 @@ class DeviceList(QWidget):
 
     def _rename(self, old: str, name: str) -> None:
         """Give a device other options, where they mean something and it is still in the list."""
-        item = next(
-            (item for item in self.rows.all_items() if self.rows.name_of(item) == old), None
-        )
+        item = self.rows.row_of(old)
         if item is None or not self._is_valid(name):
             return
         device = found_as(item)
@@ -497,9 +483,8 @@ class DeviceList(QWidget):
         remove = menu.addAction("Remove", self._remove)
         remove.setShortcut(QKeySequence(QKeySequence.StandardKey.Delete))
         by_hand = item is not None and found_as(item) is None
-        set_enabled_with_reason(
-            remove, "" if by_hand else "Only devices added by hand are removed."
-        )
+        plugged = "" if by_hand else "Only devices added by hand are removed."
+        set_enabled_with_reason(remove, plugged)
         return menu
 
     def _remove(self) -> None:
@@ -535,13 +520,11 @@ class DeviceList(QWidget):
         ports, cameras = self._found
         if self._remembered is None:
             self._remembered = set(settings.strings(TICKED))
-        ticked = {*self.devices, *(f"camera:{camera}" for camera in self.cameras)}
-        ticked |= self._remembered
-        by_hand, current = self.rows.names(), self.rows.currentRow()
-        chosen = by_hand[current] if current >= 0 else ""
+        ticked = self._remembered.union(self.rows.ticked())
+        current, by_hand = self.rows.currentItem(), settings.strings(BY_HAND)
+        chosen = "" if current is None else self.rows.name_of(current)
+        names = dict.fromkeys((*self.rows.names(), *by_hand))
         self.rows.clear()
-        nothing_ticked = not ticked
-        names = dict.fromkeys((*by_hand, *settings.strings(BY_HAND)))
         ticked_first = sorted(names, key=lambda n: (n not in ticked, "?" not in n))
         found: list[FoundDevice] = [
             (port.device, port.description, port.usable)
@@ -556,14 +539,13 @@ class DeviceList(QWidget):
             name = next(matching, plugged)
             item = self.rows.add_row(name, device)
             # The tongs are what one comes for: they need no click.
-            if name in ticked or (nothing_ticked and plugged.startswith("optoforce:") and usable):
+            if not ticked and plugged.startswith("optoforce:") and usable:
                 item.setCheckState(Qt.CheckState.Checked)
         for camera in cameras:
-            name = f"camera:{camera.device.removeprefix('/dev/video')}"
+            name = CAMERA + camera.device.removeprefix("/dev/video")
             self.rows.add_row(name, (name, camera.name, camera.usable))
-        for name in (*by_hand, *settings.strings(BY_HAND)):
-            remembered = name in ticked or name in settings.strings(BY_HAND)
-            if remembered and name not in self.rows.names():
+        for name in names:
+            if (name in ticked or name in by_hand) and self.rows.row_of(name) is None:
                 self.rows.add_row(name)
         for item in self.rows.all_items():
             if self.rows.name_of(item) in ticked:
@@ -581,9 +563,8 @@ class DeviceList(QWidget):
         sends_raw = any(map(sends_counts, self.rows.all_items()))
         self.calibration_button.setVisible(self._choosing and sends_raw)
         counts = item is not None and sends_counts(item)
-        set_enabled_with_reason(
-            self.calibration_button, "" if counts else "Choose a device that sends raw counts."
-        )
+        choose = "" if counts else "Choose a device that sends raw counts."
+        set_enabled_with_reason(self.calibration_button, choose)
 
 
 def _find_devices() -> Generator[None, None, tuple[tuple[FoundPort, ...], tuple[FoundCamera, ...]]]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from PySide6.QtCore import QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette
+from PySide6.QtGui import QColor, QPainter, QPaintEvent
 from PySide6.QtWidgets import QCheckBox, QLabel, QSizePolicy, QSpinBox, QVBoxLayout, QWidget
 
 from forcelab.gui.capture.controller import CaptureController
@@ -25,7 +25,7 @@ from forcelab.gui.kit import text_size
 from forcelab.gui.label.swatches import paint_swatch, style_of
 from forcelab.gui.layout import fill_layout, set_enabled_with_reason
 from forcelab.gui.theme import colours, themes
-from forcelab.gui.widgets import CalmLabel, ElidedComboBox, show_text
+from forcelab.gui.widgets import CalmLabel, ElidedComboBox
 
 if TYPE_CHECKING:
     from forcelab.live.recognition import LatencyBudget
@@ -106,29 +106,23 @@ class CurrentAction(QWidget):
             self.setAccessibleName(f"Current action: {action or 'unlabelled'}")
 
     def _paint_action(self, painter: QPainter, action: str, explained: str) -> None:
-        box, side = (
-            QRectF(0, 1, text_size.pixels(LARGE) - 16, self.height() - 2),
-            text_size.pixels(30),
-        )
-        swatch = QRectF(box.left(), box.center().y() - side / 2, side, side)
-        theme = colours()
-        face = text_size.font(22.0, bold=True)
+        side, right = text_size.pixels(30), text_size.pixels(LARGE) - 16
+        swatch = QRectF(0, (self.height() - side) / 2, side, side)
+        theme, face = colours(), text_size.font(22.0, bold=True)
         if action:
             paint_swatch(painter, swatch, style_of(self._controller.display_vocabulary, action))
         else:
             painter.setPen(QColor(theme.frame))
             painter.setBrush(QColor(theme.unlabelled))
             painter.drawRect(swatch.adjusted(0, 0, -1, -1))
-        room = box.right() - swatch.right() - 10
-        label = text.elided(action, face, room) if action else "unlabelled"
-        ink = QColor(theme.text if action else theme.muted)
+        left, muted = swatch.right() + 10, QColor(theme.muted)
+        label = text.elided(action, face, right - left) if action else "unlabelled"
+        ink = QColor(theme.text) if action else muted
         face = face if action else text_size.font(14.0)
-        text.draw_text(painter, swatch.right() + 10, swatch.center().y(), label, face=face, ink=ink)
-        face, below = text_size.font(10.0), swatch.bottom() + 4
-        label = text.elided(explained, face, room)
-        text.draw_text(
-            painter, swatch.right() + 10, below, label, face=face, ink=QColor(theme.muted)
-        )
+        text.draw_text(painter, left, swatch.center().y(), label, face=face, ink=ink)
+        face = text_size.font(10.0)
+        label = text.elided(explained, face, right - left)
+        text.draw_text(painter, left, swatch.bottom() + 4, label, face=face, ink=muted)
 
     def _paint_bars(
         self, painter: QPainter, actions: tuple[str, ...], probabilities: tuple[float, ...]
@@ -229,12 +223,11 @@ class RecogniserChoice:
         has_project = self._controller.document.project is not None
         closed = "" if has_project else "Open or make a project first; its recognisers are listed."
         set_enabled_with_reason(self.which, obstacle or closed)
-        none = self._controller.recognition.selection is None
-        set_enabled_with_reason(self.latency, obstacle or none * "Choose a recogniser first.")
+        if not obstacle and self._controller.recognition.selection is None:
+            obstacle = "Choose a recogniser first."
+        set_enabled_with_reason(self.latency, obstacle)
         lacking = "" if can_send() else "Install it first: pip install 'forcelab[lsl]'."
-        set_enabled_with_reason(
-            self.send, lacking or obstacle or none * "Choose a recogniser first."
-        )
+        set_enabled_with_reason(self.send, lacking or obstacle)
         self.nothing.setVisible(has_project and not self._offered)
 
     def _chosen(self, row: int) -> None:
@@ -285,11 +278,11 @@ class RecognitionPanel(QWidget):
             return
         loaded, trouble = recognition.loaded, recognition.problem
         if trouble:
-            _show(self.budget_label, trouble, colours().trouble)
+            self.budget_label.say(trouble, colours().trouble)
         elif loaded is None:
-            _show(self.budget_label, "Reading the recogniser…", colours().muted)
+            self.budget_label.say("Reading the recogniser…", colours().muted)
         else:
-            _show(self.budget_label, latency_budget_text(loaded), colours().muted)
+            self.budget_label.say(latency_budget_text(loaded), colours().muted)
         self._measure()
         self.current_action.refresh()
 
@@ -301,12 +294,10 @@ class RecognitionPanel(QWidget):
                 self._measure()
 
     def _measure(self) -> None:
-        self._measured_shown_at = self._controller.now
-        connected = self._controller.connected
-        line = (
-            measured_text(self._controller.recognition, self._controller.now) if connected else ""
-        )
-        _show(self.measurements, line, colours().text)
+        controller = self._controller
+        self._measured_shown_at = now = controller.now
+        line = measured_text(controller.recognition, now) if controller.connected else ""
+        self.measurements.say(line, colours().text)
 
 
 def latency_budget_text(loaded: LoadedRecogniser) -> str:
@@ -366,11 +357,3 @@ def _hertz(value: float) -> str:
 def _percent(share: float) -> str:
     value = 100 * share
     return f"{value:.0f}" if value >= 1 else f"{value:.1f}"
-
-
-def _show(label: QLabel, line: str, colour: str) -> None:
-    palette = label.palette()
-    if palette.color(QPalette.ColorRole.WindowText) != QColor(colour):
-        palette.setColor(QPalette.ColorRole.WindowText, QColor(colour))
-        label.setPalette(palette)
-    show_text(label, line)

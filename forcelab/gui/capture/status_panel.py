@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QColor, QPalette, QResizeEvent
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from forcelab.capture.camera import CameraState
@@ -15,7 +15,7 @@ from forcelab.capture.recorder import RecorderState
 from forcelab.gui.capture.controller import CaptureController
 from forcelab.gui.layout import fill_layout
 from forcelab.gui.theme import colours, themes
-from forcelab.gui.widgets import CalmLabel, show_text
+from forcelab.gui.widgets import CalmLabel
 from forcelab.text import amount, counted
 
 #: Letters of a device's name that are shown: those of two devices stand beside each other.
@@ -37,35 +37,24 @@ class StatusPanel(QWidget):
         controller.changed.connect(self.refresh)
         controller.messages_changed.connect(self.refresh)
         controller.recognition.changed.connect(self.refresh)
-        themes().changed.connect(self._colour)
-        self._colour()
+        themes().changed.connect(self.refresh)
         self.refresh()
 
     def refresh(self) -> None:
         state = self._shown_state = self._controller.state
         remarks = [f"\N{WARNING SIGN} {remark}" for remark in self._controller.recognition.remarks]
         alarms = [] if state is None else [*device_alarms(state), *remarks]
-        show_text(self.alarms, "\n".join(alarms))
+        self.alarms.say("\n".join(alarms), colours().trouble)
         facts = []
         if state is not None:
             facts = [*map(_device_facts, state.devices), *map(_camera_facts, state.cameras)]
-        show_text(self.facts, "\n".join(facts))
+        self.facts.say("\n".join(facts), colours().muted)
         self.messages.show_messages([message for message, _ in self._controller.messages])
 
     def _ticked(self) -> None:
         """Most frames bring samples and no news."""
         if self._controller.state is not self._shown_state:
             self.refresh()
-
-    def _colour(self) -> None:
-        for line, colour in (
-            (self.alarms, colours().trouble),
-            (self.facts, colours().muted),
-            (self.messages, colours().text),
-        ):
-            palette = QPalette(self.palette())
-            palette.setColor(QPalette.ColorRole.WindowText, QColor(colour))
-            line.setPalette(palette)
 
 
 class MessageList(CalmLabel):
@@ -92,7 +81,7 @@ class MessageList(CalmLabel):
         metrics, cut = self.fontMetrics(), Qt.TextElideMode.ElideRight
         older = [metrics.elidedText(message, cut, width) for message in self._messages[:-1]]
         shown = "\n".join([*older, *self._messages[-1:]])
-        show_text(self, shown)
+        self.say(shown, colours().text)
         self.setToolTip(full_text if shown != full_text else "")
         self.setAccessibleName(full_text)
 

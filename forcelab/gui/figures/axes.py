@@ -181,10 +181,7 @@ CURVE_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
 
 def curve_pen(colour: QColor, thickness: float) -> QPen:
     """A pen for curves, round so that steep corners do not stick out."""
-    pen = QPen(colour, thickness)
-    pen.setCapStyle(Qt.PenCapStyle.RoundCap)
-    pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
-    return pen
+    return QPen(colour, thickness, c=Qt.PenCapStyle.RoundCap, j=Qt.PenJoinStyle.RoundJoin)
 
 
 def paint_curve(

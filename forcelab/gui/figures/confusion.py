@@ -107,8 +107,7 @@ class ConfusionMatrix(Figure):
         """Draw title, names, cells, totals and the scale of colours."""
         muted, small = self.theme.muted, text.font(10)
         if self.headed:
-            self.paint_title(painter)
-            text.draw_text(painter, MARGIN, MARGIN + 26, self._key, face=small, ink=muted)
+            self.paint_title(painter, self._key)
         middle, margin = self._matrix.center(), self._margin
         x, y = middle.x(), self._predicted_at
         text.draw_text(painter, x, y, "predicted", face=small, ink=muted, align=0.5)

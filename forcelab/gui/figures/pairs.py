@@ -15,7 +15,7 @@ from PySide6.QtGui import QColor, QPainter
 from forcelab.errors import InputError
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis, draw_bottom, draw_grid
-from forcelab.gui.figures.figure import LIGHT, MARGIN, Figure, Theme
+from forcelab.gui.figures.figure import LIGHT, MARGIN, REMARK_LINE, Figure, Theme
 from forcelab.gui.figures.tracks import (
     LabelStyle,
     Legend,
@@ -186,7 +186,6 @@ CAPTION_ROOM = 90.0
 AXIS_ROOM = 36.0
 #: Figures higher than this have a time axis at the top as well.
 TALL = 900.0
-KEY_LINE = 15.0
 KEY = "Upper bar: human. Lower bar: predicted. White: unlabelled."
 NOTES = "At the right: accuracy after the filters."
 STRETCHED_NOTE = "Each over the whole width."
@@ -252,13 +251,7 @@ class TimelinePairs(Figure):
     def paint(self, painter: QPainter) -> None:
         """Draw title, legend, pairs and time axis."""
         ink, muted, small = self.theme.text, self.theme.muted, text.font(10)
-        room = self.width - 2 * MARGIN
-        self.paint_title(painter)
-        for line, sentence in enumerate(self._key):
-            key = text.elided(sentence, small, room)
-            text.draw_text(
-                painter, MARGIN, MARGIN + 26 + line * KEY_LINE, key, face=small, ink=muted
-            )
+        self.paint_title(painter, *self._key)
         self._legend.paint(painter, MARGIN, self._legend_top, self.theme)
         axis = self.axis
         if not self.stretched:
@@ -301,7 +294,7 @@ class TimelinePairs(Figure):
     @property
     def _legend_top(self) -> float:
         """Where the legend begins, in pixels."""
-        return MARGIN + 40 + (len(self._key) - 1) * KEY_LINE
+        return MARGIN + 40 + (len(self._key) - 1) * REMARK_LINE
 
     @cached_property
     def _action_styles(self) -> dict[str, LabelStyle]:

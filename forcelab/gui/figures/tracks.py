@@ -6,6 +6,7 @@ import math
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from operator import attrgetter
 from typing import TYPE_CHECKING
 
@@ -66,13 +67,12 @@ def fade_overlays(
     sums = np.interp(times, ticks, np.concatenate([[0.0], np.cumsum(probabilities)]))
     shares = np.diff(sums) / np.maximum(np.diff(times) * certainty.rate, 1e-12)
     levels = np.where(labelled, _levels(shares), 0)
-    cuts = np.concatenate([[0], np.flatnonzero(np.diff(levels)) + 1, [len(levels)]])
+    cuts = [0, *(np.flatnonzero(np.diff(levels)) + 1).tolist(), len(levels)]
+    pixels, opacities = edges.tolist(), (levels * STRONGEST / LEVELS).tolist()
     return tuple(
-        FadeOverlay(
-            float(edges[first]), float(edges[last]), int(levels[first]) * STRONGEST / LEVELS
-        )
-        for first, last in zip(cuts[:-1].tolist(), cuts[1:].tolist(), strict=True)
-        if levels[first]
+        FadeOverlay(pixels[first], pixels[last], opacities[first])
+        for first, last in pairwise(cuts)
+        if opacities[first]
     )
 
 
@@ -234,10 +234,7 @@ def plate(painter: QPainter, bar: QRectF, width: float, style: LabelStyle) -> No
 
 def _line(colour: QColor, thickness: float) -> QPen:
     """A pen whose lines end where they end."""
-    pen = QPen(colour, thickness)
-    pen.setCapStyle(Qt.PenCapStyle.FlatCap)
-    pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
-    return pen
+    return QPen(colour, thickness, c=Qt.PenCapStyle.FlatCap, j=Qt.PenJoinStyle.MiterJoin)
 
 
 def _fill(painter: QPainter, bars: Sequence[QRectF], colour: QColor) -> None:

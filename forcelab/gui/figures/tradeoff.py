@@ -103,10 +103,7 @@ class Tradeoff(Figure):
         return across, LogAxis(exact, coarse, box.bottom(), box.top())
 
     def paint(self, painter: QPainter) -> None:
-        self.paint_title(painter)
-        small, muted = text.font(10), self.theme.muted
-        key = text.elided(KEY, small, self.size.width() - 2 * MARGIN)
-        text.draw_text(painter, MARGIN, MARGIN + 26, key, face=small, ink=muted)
+        self.paint_title(painter, KEY)
         for panel in range(len(self.table.sizes)):
             self._paint_frame(painter, panel)
             marks = self.marks(panel)

@@ -165,9 +165,7 @@ class WaveletFigure(Figure):
         view, box = self.views[column], self.box(column)
         up = LogAxis(float(view.hertz[0]), float(view.hertz[-1]), box.bottom(), box.top())
         painter.drawImage(box, _picture(view, self.times, box))
-        dots = QPen(QColor(self.theme.muted), 0.8)
-        dots.setStyle(Qt.PenStyle.DotLine)
-        painter.setPen(dots)
+        painter.setPen(QPen(QColor(self.theme.muted), 0.8, Qt.PenStyle.DotLine))
         levels = [up.at(tone) for tone in self.tones]
         painter.drawLines([QLineF(box.left(), y, box.right(), y) for y in levels])
         if column == len(self.views) - 1:

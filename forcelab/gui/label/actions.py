@@ -50,6 +50,8 @@ from forcelab.gui.layout import (
     fill_layout,
     placeholder,
     push_button,
+    run_dialog,
+    sentence_label,
     set_enabled_with_reason,
     toned_label,
     tool_button,
@@ -150,7 +152,7 @@ class KeyDialog(QDialog):
         self._vocabulary, self._name = vocabulary, name
         self.key: str | None = None
         self.setWindowTitle(f"Key of '{name}'")
-        ask = QLabel(f"Press a key for '{name}'. Backspace removes its key.", wordWrap=True)
+        ask = sentence_label(f"Press a key for '{name}'. Backspace removes its key.")
         self.trouble = toned_label("trouble")
         self.trouble.setMinimumHeight(2 * self.fontMetrics().height())
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel, self)
@@ -396,11 +398,10 @@ class ActionList(SideList):
         """Mark the row of the action that a key has begun, and redraw only rows that change."""
         stroke = self.document.stroke
         names = self.document.vocabulary.names
-        current = (
-            names.index(stroke.action) if stroke is not None and stroke.action in names else -1
-        )
+        listed = stroke is not None and stroke.action in names
+        current = names.index(stroke.action) if stroke is not None and listed else -1
         for row in {self._stroke_row, current} - {-1}:
-            self.list.update(self.list.model().index(row, 0))
+            self.list.update(self.model.index(row))
         self._stroke_row = current
 
     def showEvent(self, event: QShowEvent) -> None:
@@ -488,11 +489,9 @@ class ActionList(SideList):
 
     def _ask_key(self, name: str) -> None:
         dialog = KeyDialog(self.document.vocabulary, name, self)
-        dialog.exec()
-        if (key := dialog.key) is not None:
+        if run_dialog(dialog) and (key := dialog.key) is not None:
             # The vocabulary may have changed elsewhere while the dialog was open.
             self._change(lambda: self.document.vocabulary.rebound(name, key))
-        dialog.deleteLater()
 
     def _ask_name(self, name: str) -> None:
         if (new := ask_name(name, self)) is not None:

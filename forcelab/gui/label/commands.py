@@ -57,9 +57,7 @@ def handlers(
         "zoom_fit": document.view.fit,
         "range_in": document.view.mark_in,
         "range_out": document.view.mark_out,
-        "fine_nudges": lambda: segment_commands.set_fine_nudges(
-            document, not document.view.fine_nudges
-        ),
+        "fine_nudges": partial(segment_commands.switch_fine_nudges, document),
         "snapping": lambda: document.view.set_snapping(not document.view.snapping),
         "split": lambda: document.editor.split(document.view.cursor),
         "fill_gaps": partial(ask_largest_gap, window, document),
@@ -121,7 +119,6 @@ def _copy(document: Document, tracks: TrackPanel) -> None:
     if len(authors) > 1:
         menu = copy_menu(tracks, document, document.view.cursor)
         tracks.show_menu(menu, tracks.mapToGlobal(QPoint(tracks.gutter, 0)))
-    for author in authors if len(authors) == 1 else ():
-        span = segment_commands.copy_candidates(document, author, document.view.cursor)
-        if span is not None:
-            segment_commands.copy_interval(document, author, *span)
+    elif authors:
+        span = segment_commands.copy_candidates(document, authors[0], document.view.cursor)
+        segment_commands.copy_span(document, authors[0], span)

@@ -23,7 +23,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.item_views import NOWHERE, Index, RowList, SideList, write_row
 from forcelab.gui.layout import PageOrPlaceholder, fill_layout, set_enabled_with_reason, tool_button
 from forcelab.gui.theme import colours, themes
-from forcelab.project import Edit, UndoResult
+from forcelab.project import Edit
 
 #: How many edits are read at a time, and how many at first when there are only new ones to read.
 PAGE, NEW = 200, 4
@@ -214,8 +214,8 @@ class HistoryView(SideList):
         self.list.setAccessibleName("Edits of your track, newest first")
         self.list.doubleClicked.connect(self._row_activated)
         self.list.opened.connect(self._row_activated)
-        self.undo = tool_button("undo", "Undo", self._undo)
-        self.redo = tool_button("redo", "Redo", self._redo)
+        self.undo = tool_button("undo", "Undo", lambda: self._step(-1))
+        self.redo = tool_button("redo", "Redo", lambda: self._step(1))
         for button in (self.undo, self.redo):
             button.setAutoRaise(True)
         self.reach = QLabel()
@@ -248,25 +248,20 @@ class HistoryView(SideList):
                 "cannot bring it back."
             )
             return
-        steps = self.model.steps_to(row)
+        self._step(self.model.steps_to(row))
+
+    def _step(self, steps: int) -> None:
+        """Undo so many edits of the open track, if negative, or redo so many."""
         document, farther = self.document, []
-        verb = self._undo if steps < 0 else self._redo
         for _ in range(abs(steps)):
-            result = verb()
+            editor = document.editor
+            result = editor.undo_everywhere() if steps < 0 else editor.redo_everywhere()
             if result is None:
                 return
             if result.reaches_farther:
                 farther.append(document.local_message)
         if farther:  # what changed out of sight is not to go by in the middle
             document.show_local_message(". ".join(farther))
-
-    # Of the track that is open then.
-
-    def _undo(self) -> UndoResult | None:
-        return self.document.editor.undo_everywhere()
-
-    def _redo(self) -> UndoResult | None:
-        return self.document.editor.redo_everywhere()
 
     def _row_activated(self, index: QModelIndex) -> None:
         """Go to the edit that was activated."""

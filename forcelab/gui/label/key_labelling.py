@@ -11,7 +11,13 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QAbstractItemView, QApplication, QDockWidget, QMenuBar, QWidget
 
 from forcelab.gui.document import Document
-from forcelab.gui.key_events import AutoRepeatFilter, action_key, is_reserved_key, is_typing
+from forcelab.gui.key_events import (
+    AutoRepeatFilter,
+    action_key,
+    application,
+    is_reserved_key,
+    is_typing,
+)
 from forcelab.gui.label.segment_commands import fill_range
 from forcelab.gui.label.track_gestures import (
     is_on_target,
@@ -90,22 +96,16 @@ class KeyLabelling(QObject):
         self._held: tuple[str, float, float] | None = None
         self._repeats = AutoRepeatFilter(self)
         window.installEventFilter(self)
-        application = QApplication.instance()
-        if isinstance(application, QApplication):
-            # A view such as a list would keep letters for itself: they are taken before it sees
-            # them. Following the focus costs nothing; a filter on the application sees every event.
-            application.focusChanged.connect(self._follow_focus)
-            self._follow_focus(None, application.focusWidget())
+        # A view such as a list would keep letters for itself: they are taken before it sees them.
+        # Following the focus costs nothing; a filter on the application sees every event.
+        application().focusChanged.connect(self._follow_focus)
+        self._follow_focus(None, QApplication.focusWidget())
         document.demonstration_changed.connect(self.forget_held_key)
 
     def press(self, key: str) -> bool:
         """Act on a key; gives whether it was an action's key, or could be one and is not."""
         document = self.document
         action = self._action_of(key)
-        if document.demonstration is not None and not document.vocabulary and key in KEYS:
-            document.refuse(
-                "There is no action for a key to paint: add one under Actions first.", on_track=True
-            )
         if action is None or document.demonstration is None:
             return self._report_unknown_key(key)
         self._held = None
@@ -167,11 +167,8 @@ class KeyLabelling(QObject):
         key = action_key(event)
         if self._held is None or self._held[0] != key:
             return False
-        released, cursor, position = (
-            self._clock(),
-            self.document.view.cursor,
-            self._stroke_position(),
-        )
+        released, cursor = self._clock(), self.document.view.cursor
+        position = self._stroke_position()
         self._repeats.released(event, lambda: self._key_up(key, released, cursor, position))
         return True
 
@@ -196,14 +193,15 @@ class KeyLabelling(QObject):
     def _report_unknown_key(self, key: str) -> bool:
         """Report that no action has this key, if one could; gives whether it was reported."""
         document = self.document
-        could_paint = document.demonstration is not None and document.vocabulary and key
-        # Letters typed into a list look for its rows.
-        if (
-            not could_paint
-            or key not in KEYS
-            or isinstance(QApplication.focusWidget(), QAbstractItemView)
-        ):
+        if document.demonstration is None or not key or key not in KEYS:
             return False
+        if not document.vocabulary:
+            document.refuse(
+                "There is no action for a key to paint: add one under Actions first.", on_track=True
+            )
+            return False
+        if isinstance(QApplication.focusWidget(), QAbstractItemView):
+            return False  # letters typed into a list look for its rows
         document.refuse(
             f"No action has the key {key}; the list of actions shows their keys.", on_track=True
         )

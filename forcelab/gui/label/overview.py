@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from PySide6.QtCore import QLineF, QPointF, QRect, QRectF, QSize, Qt, QTimer
+from PySide6.QtCore import QLineF, QPointF, QRect, QRectF, Qt, QTimer
 from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPen
 from PySide6.QtWidgets import QApplication, QSizePolicy
 
@@ -61,7 +61,6 @@ class Overview(TimeView):
         self._band: tuple[float, float] | None = None
         self.setAccessibleName("Overview of the whole demonstration")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.setFixedHeight(round(text_size.pixels(HEIGHT)))
         self.source.choices_changed.connect(self.place)
         self.source.data_read.connect(self.invalidate)
         self._track_timer = QTimer(self, singleShot=True, interval=PAUSE)
@@ -76,7 +75,7 @@ class Overview(TimeView):
         self._press = QPointF()
         self._span = (0.0, 1.0)
         self._dragging = False
-        self.place()
+        self.fit_text()
 
     # Geometry
 
@@ -91,9 +90,6 @@ class Overview(TimeView):
         left, right = self.axis.at(self.document.view.start), self.axis.at(self.document.view.end)
         spare = max(NARROWEST_WINDOW - (right - left), 0.0) / 2
         return QRectF(left - spare, 0.0, right - left + 2 * spare, self.height())
-
-    def sizeHint(self) -> QSize:
-        return QSize(900, round(text_size.pixels(HEIGHT)))
 
     @property
     def _track_height(self) -> float:
@@ -150,11 +146,9 @@ class Overview(TimeView):
             face, short = text_size.font(10), high - low <= LONGEST_IN_SECONDS
             length = f"{high - low:.1f} s" if short else clock_time(high - low)
             above, below = text_size.pixels(11), text_size.pixels(3)
-            for y, line in (
-                (self.height() / 2 - above, "whole"),
-                (self.height() / 2 + below, length),
-            ):
-                text.draw_text(painter, 6.0, y, line, face=face, ink=QColor(theme.muted))
+            middle, ink = self.height() / 2, QColor(theme.muted)
+            for y, line in ((middle - above, "whole"), (middle + below, length)):
+                text.draw_text(painter, 6.0, y, line, face=face, ink=ink)
             high = self._track_height
             strip = QRectF(plot.left(), self.height() - high - 1, plot.width(), high)
             paint_row(
@@ -217,9 +211,8 @@ class Overview(TimeView):
             return "start"
         if box.right() - inside <= x <= box.right() + HANDLE_REACH:
             return "end"
-        whole = self.document.view.end - self.document.view.start >= np.ptp(
-            self.document.view.bounds
-        )
+        view = self.document.view
+        whole = view.end - view.start >= np.ptp(view.bounds)
         return "body" if box.left() < x < box.right() and not whole else "new"
 
     def mousePressEvent(self, event: QMouseEvent) -> None:

@@ -114,8 +114,8 @@ class PictureView(QWidget):
                 self._paint_picture(painter, stage)
             elif message:
                 self._paint_message(painter, stage, message)
-            caption = QRectF(MARGIN, stage.bottom(), self.width() - 2 * MARGIN, self.height())
-            caption.setBottom(float(self.height()))
+            below = self.height() - stage.height()
+            caption = QRectF(MARGIN, stage.height(), self.width() - 2 * MARGIN, below)
             painter.setPen(QColor(theme.muted))
             text = self.fontMetrics().elidedText(
                 self.caption, Qt.TextElideMode.ElideRight, int(caption.width())

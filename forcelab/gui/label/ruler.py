@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from PySide6.QtCore import QRectF, QSize, Qt
+from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QMouseEvent, QPainter
 from PySide6.QtWidgets import QSizePolicy
 
@@ -99,9 +99,6 @@ class Ruler(TimePanel):
         self._numbers.setHeight(height)
         super().fit_text()
 
-    def sizeHint(self) -> QSize:
-        return QSize(900, round(text_size.pixels(HEIGHT)))
-
     def invalidate(self, *_: object) -> None:
         view = self.document.view
         self._numbers.setVisible(self.document.demonstration is not None)
@@ -128,25 +125,21 @@ class Ruler(TimePanel):
         # Half a pixel of room: the ends of the axis are pixels only up to rounding.
         if self.document.demonstration is None or not plot.left() - 0.5 <= x <= plot.right() + 0.5:
             return
-        face, label, ground = (
-            text_size.font(NUMBER, bold=True),
-            self.cursor_text(),
-            colours().cursor,
-        )
+        face, label = text_size.font(NUMBER, bold=True), self.cursor_text()
+        ground, panel = QColor(colours().cursor), QColor(colours().panel)
         wide = text.width(label, face) + 10
         left = min(max(x - wide / 2, plot.left()), plot.right() - wide)
         tag = QRectF(left, 2, wide, text_size.pixels(20) - 4)
         apart = tag.adjusted(-4, 0, 4, 0)
-        painter.fillRect(apart, QColor(colours().panel))
+        painter.fillRect(apart, panel)
         for box in self._numbers.number_boxes:  # of a number that it covers nothing stays
             if (number := box.translated(plot.left(), 0)).intersects(apart):
-                painter.fillRect(number, QColor(colours().panel))
+                painter.fillRect(number, panel)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(ground))
+        painter.setBrush(ground)
         painter.drawRoundedRect(tag, 3, 3)
-        ink = text.ink_on(QColor(ground))
-        at = tag.center()
+        at, ink = tag.center(), text.ink_on(ground)
         text.draw_text(painter, at.x(), at.y(), label, face=face, ink=ink, align=0.5)
 
     def cursor_text(self) -> str:

@@ -7,8 +7,9 @@ a new one comes, the old one moves with the time axis.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,7 +42,6 @@ from forcelab.gui.label.scalogram_painting import (
     FrequencyAxis,
     ScalogramLayers,
     amount_text,
-    colour_range,
     draw_bar,
 )
 from forcelab.gui.label.segment_panel import SignalPanel
@@ -58,10 +58,6 @@ if TYPE_CHECKING:
 class ScalogramButton(QToolButton):
     """Shows the channel; its menu chooses channel, magnitude or phase, and the range of colours."""
 
-    channel_chosen = Signal(str)
-    phase_chosen = Signal(bool)
-    steady_chosen = Signal(bool)
-
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
         self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
@@ -69,44 +65,39 @@ class ScalogramButton(QToolButton):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName("Channel and kind of the scalogram")
         self.use_text_size()
-        self._choices = QMenu(self)
+        menu = QMenu(self)
         # What the menu is cleared of goes, but no group would.
-        self._channels, self._kinds = QActionGroup(self._choices), QActionGroup(self._choices)
-        self.setMenu(self._choices)
+        self.channels, self.kinds = QActionGroup(menu), QActionGroup(menu)
+        self.setMenu(menu)
 
     def use_text_size(self) -> None:
         face = self.font()
         face.setPixelSize(round(text_size.pixels(10)))
         self.setFont(face)
 
-    def set_choices(self, channels: Sequence[str], channel: str, phase: bool, steady: bool) -> None:
-        """Fill the menu and mark what is chosen."""
+    def show_channel(self, channel: str) -> None:
+        """Name the channel, and empty the menu, to be filled anew."""
         room = max(self.width() - 18, 10)
         name = self.fontMetrics().elidedText(channel, NAMES, room)
         # The wide space keeps the name clear of the arrow.
         self.setText(escape_ampersands(name) + "\N{EM SPACE}")
         self.setToolTip(f"{channel}: choose channel, magnitude or phase")
-        self.setVisible(bool(channels))
-        menu = self._choices
-        menu.clear()
-        for name in channels:
-            action = self._add(escape_ampersands(name), name == channel, self._channels)
-            action.triggered.connect(lambda _=False, name=name: self.channel_chosen.emit(name))
-        menu.addSeparator()
-        magnitude = self._add("Magnitude", not phase, self._kinds)
-        magnitude.triggered.connect(lambda: self.phase_chosen.emit(False))
-        angle = self._add("Phase", phase, self._kinds)
-        angle.triggered.connect(lambda: self.phase_chosen.emit(True))
-        menu.addSeparator()
-        same = self._add("Same colours for the whole demonstration", steady)
-        set_enabled_with_reason(same, "Phases always have the same colours." if phase else "")
-        same.triggered.connect(self.steady_chosen)
+        self.setVisible(bool(channel))
+        self.menu().clear()
 
-    def _add(self, name: str, on: bool, group: QActionGroup | None = None) -> QAction:
-        action = QAction(name, self._choices, checkable=True, checked=on)
+    def add_choice(
+        self,
+        name: str,
+        chosen: bool,
+        choose: Callable[[], object],
+        group: QActionGroup | None = None,
+    ) -> QAction:
+        """Add an entry to the menu; one of a group at a time is chosen."""
+        action = QAction(name, self.menu(), checkable=True, checked=chosen)
         if group is not None:
             group.addAction(action)
-        self._choices.addAction(action)
+        action.triggered.connect(lambda _checked=False: choose())
+        self.menu().addAction(action)
         return action
 
 
@@ -200,37 +191,29 @@ class ScalogramLoader(QObject):
         self.pending, self._shown = False, None
         self._jobs.cancel(self._key)
 
-    def forget(self) -> None:
-        """Drop the view: the channel is another one."""
-        self.view = None
-
     def _begin(self) -> None:
         request = self._request()
         if request is None:
             self.stop()
             return
 
-        def done(picture: Scalogram) -> None:
-            self.pending = self._timer.isActive()  # the span may have changed again
-            self._emit_picture(picture)
-
         def failed(error: Exception) -> None:
-            self.pending = self._timer.isActive()
+            self.pending = self._timer.isActive()  # the span may have changed again
             expected = isinstance(error, ForcelabError)
             self.refused.emit(str(error) if expected else "The scalogram failed; see the log.")
 
         def progressed(step: object) -> None:
-            picture = getattr(step, "picture", None)
-            if picture is not None and picture is not self._shown:
-                if not picture.coarse:  # the job goes on with what is not visible
-                    self.pending = self._timer.isActive()
-                self._emit_picture(picture)
+            if (picture := getattr(step, "picture", None)) is not None:
+                self._take(picture)
 
-        self._jobs.run(compute(request, self.view), done, failed, progressed, key=self._key)
+        job = compute(request, self.view)
+        self._jobs.run(job, self._take, failed, progressed, key=self._key)
 
-    def _emit_picture(self, picture: Scalogram) -> None:
-        """Emit a newer picture."""
+    def _take(self, picture: Scalogram) -> None:
+        """Emit a newer picture; after the exact one the job may go on with what is not visible."""
         if picture is not self._shown:
+            if not picture.coarse:
+                self.pending = self._timer.isActive()  # as above
             self._shown, self.view = picture, picture.view
             self.loaded.emit(picture)
 
@@ -290,13 +273,6 @@ def _resolution_text(picture: Scalogram) -> str:
     return f"largest of {each:.0f} samples a pixel"
 
 
-def readout_ends(low: float, high: float, phase: bool) -> tuple[str, str]:
-    """The texts at the legend's ends; `low` and `high` are decimal logarithms."""
-    if phase:
-        return "\N{MINUS SIGN}\N{GREEK SMALL LETTER PI}", "\N{GREEK SMALL LETTER PI}"
-    return amount_text(10.0**low), f"|W| {amount_text(10.0**high)}"
-
-
 #: Rows of a picture at least and at most; one for every two pixels of the screen between.
 LEAST_ROWS, MOST_ROWS = 24, 160
 #: Height of the button above the axis, in pixels.
@@ -326,16 +302,12 @@ class ScalogramPanel(SignalPanel):
         self._frequencies.setWidth(self.gutter)
         self._frequencies.linkToView(self._box)
         self.addItem(self._frequencies)
-        self._ranged: tuple[Scalogram, bool, tuple[float, float]] | None = None
         self._trouble = self._note = ""  # what went wrong, and what was approximated
         self._request_due = False  # a picture that was not asked for while the window was minimised
         self._loader = ScalogramLoader(jobs, self._request, self)
         self._loader.loaded.connect(self._show_picture)
         self._loader.refused.connect(self._show_refusal)
         self._button = ScalogramButton(self)
-        self._button.channel_chosen.connect(self.set_channel)
-        self._button.phase_chosen.connect(self.set_phase)
-        self._button.steady_chosen.connect(self.set_steady)
         document.view.span_changed.connect(self._request_picture)
         document.demonstration_changed.connect(self._demonstration_changed)
         self._demonstration_changed()
@@ -417,7 +389,7 @@ class ScalogramPanel(SignalPanel):
     def invalidate(self, *_: object) -> None:
         """Draw again, with axis and cone for the rate and the recording."""
         is_open, picture = self.document.demonstration is not None, self.picture
-        self._note = "" if picture is None else readout_note(picture, self._range()[1])
+        self._note = "" if picture is None else readout_note(picture, self._layers.ends[1])
         for item in (self._box, self._frequencies):
             item.setVisible(is_open)
         if is_open:
@@ -473,7 +445,7 @@ class ScalogramPanel(SignalPanel):
 
     def _reset(self) -> None:
         """Drop what belongs to another channel."""
-        self._loader.forget()
+        self._loader.view = None
         self._trouble = ""
         self._clear()
 
@@ -488,8 +460,19 @@ class ScalogramPanel(SignalPanel):
 
     def _update_button(self) -> None:
         """Show the channel on the button, and mark in its menu what is chosen."""
-        self._button.set_choices(self.channels, self.channel, self._phase, self._steady)
-        menu = self._button.menu()  # that of the panel, too
+        button, phase, steady = self._button, self._phase, self._steady
+        button.show_channel(self.channel)
+        menu, add = button.menu(), button.add_choice  # the menu is that of the panel, too
+        for name in self.channels:
+            choose = partial(self.set_channel, name)
+            add(escape_ampersands(name), name == self.channel, choose, button.channels)
+        menu.addSeparator()
+        add("Magnitude", not phase, partial(self.set_phase, False), button.kinds)
+        add("Phase", phase, partial(self.set_phase, True), button.kinds)
+        menu.addSeparator()
+        choose = partial(self.set_steady, not steady)
+        same = add("Same colours for the whole demonstration", steady, choose)
+        set_enabled_with_reason(same, "Phases always have the same colours." if phase else "")
         menu.addSeparator()
         self.add_picture_entries(menu)
 
@@ -543,15 +526,9 @@ class ScalogramPanel(SignalPanel):
 
     def _ends(self) -> tuple[str, str] | None:
         """The texts at the legend's ends; None where the range is not known."""
-        if not self._phase and self._loader.view is None:
+        if self._phase:
+            return "\N{MINUS SIGN}\N{GREEK SMALL LETTER PI}", "\N{GREEK SMALL LETTER PI}"
+        if self._loader.view is None:
             return None
-        return readout_ends(*self._range(), self._phase)
-
-    def _range(self) -> tuple[float, float]:
-        """Decimal logarithms of the magnitudes for the first and the last colour."""
-        picture, steady = self.picture, self._steady
-        if picture is None:
-            return -1.0, 0.0
-        if self._ranged is None or self._ranged[0] is not picture or self._ranged[1] != steady:
-            self._ranged = picture, steady, colour_range(picture, steady)
-        return self._ranged[2]
+        least, largest = (amount_text(10.0**end) for end in self._layers.ends)
+        return least, f"|W| {largest}"

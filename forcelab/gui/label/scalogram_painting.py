@@ -95,8 +95,7 @@ def oklch_to_srgb(lightness: Real, chroma: Real, hue: Real) -> Bytes:
         linear = _linear(lightness, half, hue)
         fits = np.all((linear >= -1e-6) & (linear <= 1 + 1e-6), axis=-1)
         low, high = np.where(fits, half, low), np.where(fits, high, half)
-    fits = np.all(np.abs(_linear(lightness, chroma, hue) - 0.5) <= 0.5, axis=-1)
-    linear = np.clip(_linear(lightness, np.where(fits, chroma, low), hue), 0.0, 1.0)
+    linear = np.clip(_linear(lightness, low, hue), 0.0, 1.0)
     # The sRGB transfer function [2]_.
     curved = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
     return np.round(255 * curved).astype(np.uint8)
@@ -294,6 +293,8 @@ class Picture(ScalogramImage):
     def __init__(self) -> None:
         super().__init__()
         self.source: Scalogram | None = None
+        #: Decimal logarithms of the magnitudes for the first and the last colour.
+        self.ends = -1.0, 0.0
         self.smooth = True
         self.hide()
 
@@ -307,8 +308,8 @@ class Picture(ScalogramImage):
     def recolour(self, steady: bool) -> None:
         """Draw the same picture in the theme's colours, or in another range of them."""
         if self.source is not None:
-            ends = colour_range(self.source, steady)
-            self.show_values(self.source.values, ends, phase=self.source.phase)
+            self.ends = colour_range(self.source, steady)
+            self.show_values(self.source.values, self.ends, phase=self.source.phase)
 
     def paint(self, painter: QPainter, *args: Any) -> None:
         if self.source is None:
@@ -326,14 +327,16 @@ class ScalogramLayers:
 
     def __init__(self, box: pg.ViewBox) -> None:
         # From the bottom: all of the demonstration, the last fine picture, the newest coarse one.
-        self._whole, self._fine, self._coarse = Picture(), Picture(), Picture()
-        for z, picture in enumerate((self._whole, self._fine, self._coarse)):
+        self._pictures = self._whole, self._fine, self._coarse = Picture(), Picture(), Picture()
+        for z, picture in enumerate(self._pictures):
             picture.setZValue(z)
             box.addItem(picture, ignoreBounds=True)
+        self._newest = self._coarse
 
     @property
-    def _pictures(self) -> tuple[Picture, Picture, Picture]:
-        return self._whole, self._fine, self._coarse
+    def ends(self) -> tuple[float, float]:
+        """Decimal logarithms of the newest picture's magnitudes for the first and last colour."""
+        return self._newest.ends
 
     def clear(self) -> None:
         for picture in self._pictures:
@@ -342,13 +345,11 @@ class ScalogramLayers:
 
     def take(self, source: Scalogram, *, whole: bool, steady: bool) -> None:
         """Lay a newer picture over the others; `whole` if it shows all of the demonstration."""
-        if source.coarse:
-            self._coarse.show_picture(source, steady)
-            return
-        self._coarse.hide()
-        (self._whole if whole else self._fine).show_picture(source, steady)
-        if whole:
-            self._fine.hide()
+        self._newest = self._coarse if source.coarse else self._whole if whole else self._fine
+        # It covers what is nearer to the eye.
+        for picture in self._pictures[self._pictures.index(self._newest) + 1 :]:
+            picture.hide()
+        self._newest.show_picture(source, steady)
 
     def recolour(self, steady: bool) -> None:
         for picture in self._pictures:

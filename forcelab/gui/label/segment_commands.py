@@ -189,10 +189,12 @@ def copy_candidates(document: Document, author: str, time: float) -> tuple[float
     return None if chosen is None else (chosen.start, chosen.end)
 
 
-def copy_interval(document: Document, author: str, start: float, end: float) -> bool:
-    """Copy an interval of another track, and offer its author first from now on."""
+def copy_span(document: Document, author: str, span: tuple[float, float] | None) -> bool:
+    """Copy a span (s) of another track, if any, and offer its author first from now on."""
+    if span is None:
+        return False
     document.view.copied_from = author
-    return document.editor.copy_from(author, start, end) is not None
+    return document.editor.copy_from(author, *span) is not None
 
 
 def find_to_start(document: Document) -> int | None:
@@ -225,12 +227,11 @@ def nudge(document: Document, part: Literal["start", "end", "both"], count: int)
     return index is not None and document.nudge(index, part, count * step)
 
 
-def set_fine_nudges(document: Document, fine: bool) -> bool:
+def switch_fine_nudges(document: Document) -> None:
     """Switch between finer steps and the usual ones."""
-    document.view.fine_nudges = fine
-    step = 1000 * (FINE_NUDGE if fine else NUDGE)
+    document.view.fine_nudges = not document.view.fine_nudges
+    step = 1000 * (FINE_NUDGE if document.view.fine_nudges else NUDGE)
     document.show_local_message(f"Edges move by {step:g} ms.")
-    return True
 
 
 def selection(document: Document) -> tuple[float, float] | None:

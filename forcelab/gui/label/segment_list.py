@@ -50,7 +50,7 @@ from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.figures.text import elided_name
 from forcelab.gui.figures.tracks import LabelStyle
 from forcelab.gui.icons import icon
-from forcelab.gui.item_views import NOWHERE, Index, SideList
+from forcelab.gui.item_views import LEFT, NOWHERE, RIGHT, Index, SideList
 from forcelab.gui.label.segment_commands import for_current_segment
 from forcelab.gui.label.swatches import paint_swatch, style_of
 from forcelab.gui.label.track_menus import add_relabel_menu, shown_name
@@ -198,8 +198,7 @@ class SegmentModel(QAbstractTableModel):
         if orientation != Qt.Orientation.Horizontal:
             return None
         if role == Qt.ItemDataRole.TextAlignmentRole:
-            side = Qt.AlignmentFlag.AlignLeft if section == ACTION else Qt.AlignmentFlag.AlignRight
-            return side | Qt.AlignmentFlag.AlignVCenter
+            return LEFT if section == ACTION else RIGHT
         if role == Qt.ItemDataRole.ToolTipRole and section >= START:
             return "In seconds"
         if role == Qt.ItemDataRole.DisplayRole:
@@ -281,11 +280,6 @@ def _time(segment: Segment, column: int) -> float:
     if column == START:
         return segment.start
     return segment.end if column == END else segment.end - segment.start
-
-
-#: Where text stands in a cell; joined once, as joining flags takes longer than drawing a number.
-LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 #: Letters of an action's name that other columns give way to: at least and at most.
@@ -600,10 +594,9 @@ class SegmentTable(SideList):
         number = self.model.index_in_track(index.row())
         if number is None:
             return
-        distance = (
-            abs(self.document.view.cursor - self.document.editor.segments[number].start) > SLIVER
-        )
-        if distance or self.document.selected != number:
+        start = self.document.editor.segments[number].start
+        elsewhere = abs(self.document.view.cursor - start) > SLIVER
+        if elsewhere or self.document.selected != number:
             self._row_chosen(index)
 
     # Keys and menus

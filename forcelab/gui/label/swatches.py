@@ -51,7 +51,6 @@ def paint_key(painter: QPainter, box: QRectF, key: str, font: QFont) -> None:
     painter.setPen(QPen(QColor(theme.frame), 1))
     painter.setBrush(QColor(theme.frame))
     painter.drawRoundedRect(cap, 4, 4)
-    painter.setPen(QPen(QColor(theme.frame), 1))
     painter.setBrush(QColor(theme.background))
     top = cap.adjusted(0, 0, 0, -2)
     painter.drawRoundedRect(top, 4, 4)

@@ -7,14 +7,15 @@ neither read nor searched.
 from __future__ import annotations
 
 import time
-from collections.abc import Generator
+from collections.abc import Callable, Generator
+from functools import partial
 
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QLineF, QObject, QRectF, Qt, Signal
-from PySide6.QtGui import QAction, QColor, QHelpEvent, QPainter, QPen
-from PySide6.QtWidgets import QMenu, QToolTip
+from PySide6.QtCore import QLineF, QObject, QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import QAction, QColor, QPainter, QPen
+from PySide6.QtWidgets import QMenu
 
 from forcelab.demonstration import GAP_PERIODS, Channel, Demonstration
 from forcelab.gui import settings
@@ -160,14 +161,12 @@ class ForceChannels(QObject):
         if shown != (name in self._hidden):
             return
         self._hidden ^= {name}
-        self._read()
-        self.choices_changed.emit()
+        self._show_chosen()
 
     def show_all(self) -> None:
         if self._hidden & set(self.names):
             self._hidden -= set(self.names)
-            self._read()
-            self.choices_changed.emit()
+            self._show_chosen()
 
     def set_overlaid(self, overlaid: bool) -> None:
         """Draw the channels of one unit over each other, or each on its own axis."""
@@ -190,8 +189,7 @@ class ForceChannels(QObject):
         self._hidden = set(settings.strings("force/hidden"))
         self.overlaid = settings.flag("force/overlaid")
         self.autoscale = settings.flag("force/autoscale")
-        self._read()
-        self.choices_changed.emit()
+        self._show_chosen()
 
     # Reading
 
@@ -212,41 +210,36 @@ class ForceChannels(QObject):
                 self.gaps = finish(_gaps(demonstration))
             else:
                 self._jobs.run(_gaps(demonstration), self._gaps_found, key="force gaps")
-        self._read()
         self.revision += 1
+        self._show_chosen()
+
+    def _show_chosen(self) -> None:
+        """Show what is not hidden, and read of that what was not read yet."""
+        self.shown = tuple(name for name in self.names if name not in self._hidden)
+        self._read()
         self.choices_changed.emit()
 
     def _read(self) -> None:
-        """Read what is shown and was not read yet."""
-        self.shown = tuple(name for name in self.names if name not in self._hidden)
         demonstration = self._document.demonstration
         if demonstration is None or not self._id:
             return
         self._jobs.cancel("force envelopes")
         for column, name in enumerate(self.names):
-            if name not in self._hidden and name not in self._envelopes:
+            if name in self.shown and name not in self._envelopes:
                 self._envelopes[name] = Envelope(demonstration.signals, column)
         envelopes = [self._envelopes[name] for name in self.shown]
         envelopes = [envelope for envelope in envelopes if envelope.filled < len(envelope)]
         if demonstration.signals.size <= SYNCHRONOUS_SAMPLES:
             finish(read_envelopes(envelopes))
         elif envelopes:
-            key = "force envelopes"
-            self._jobs.run(
-                read_envelopes(envelopes),
-                self._envelopes_read,
-                progress=self._redraw_sometimes,
-                key=key,
-            )
+            job, progress = read_envelopes(envelopes), self._redraw_sometimes
+            self._jobs.run(job, self._say_read, progress=progress, key="force envelopes")
 
     def _gaps_found(self, gaps: Gaps) -> None:
         self.gaps = gaps
         self._say_read()
 
-    def _envelopes_read(self, _: object) -> None:
-        self._say_read()
-
-    def _say_read(self) -> None:
+    def _say_read(self, _: object = None) -> None:
         self.revision += 1
         self.data_read.emit()
 
@@ -324,27 +317,27 @@ class ForcePanel(SignalPanel):
     def plot_menu(self) -> QMenu:
         """The panel's menu, for a right click, the menu key and the window's own menus."""
         menu = QMenu(self.accessibleName(), self)
-        for name in self.source.names:
-            self._entry(menu, escape_ampersands(name), name in self.source.shown).toggled.connect(
-                lambda shown, name=name: self.source.set_shown(name, shown)
-            )
+        source = self.source
+        for name in source.names:
+            show = partial(source.set_shown, name)
+            _add_entry(menu, escape_ampersands(name), name in source.shown, show)
         menu.addSeparator()
-        menu.addAction("Show all channels").triggered.connect(self.source.show_all)
-        entry = self._entry(menu, "One axis for each unit", self.source.overlaid)
-        entry.toggled.connect(self.source.set_overlaid)
-        entry = self._entry(menu, "Scale to what is visible", self.source.autoscale)
-        entry.toggled.connect(self.source.set_autoscale)
+        menu.addAction("Show all channels").triggered.connect(source.show_all)
+        _add_entry(menu, "One axis for each unit", source.overlaid, source.set_overlaid)
+        _add_entry(menu, "Scale to what is visible", source.autoscale, source.set_autoscale)
         menu.addSeparator()
         self.add_picture_entries(menu)
         return menu
 
-    def viewportEvent(self, event: QEvent) -> bool:
-        """Show the whole name and the unit of a channel as a tooltip."""
-        if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
-            tip = self.gutter_tip(event.pos().x(), event.pos().y())
-            QToolTip.showText(event.globalPos(), tip, self)
-            return True
-        return super().viewportEvent(event)
+    def tooltip_at(self, position: QPointF) -> str:
+        """Whole names and units of channels, left of the curves."""
+        for lane, _ in self.axes:
+            if position.x() < self.gutter and lane.top <= position.y() <= lane.bottom:
+                return "\n".join(
+                    f"{channel.name} ({channel.unit})" if channel.unit else channel.name
+                    for channel in (self.source.channels[i] for i in lane.channels)
+                )
+        return ""
 
     # Lanes
 
@@ -489,18 +482,8 @@ class ForcePanel(SignalPanel):
             notes.append(f"min/max of {columns.crowd:.0f} samples a pixel")
         return notes
 
-    def gutter_tip(self, x: float, y: float) -> str:
-        for lane, _ in self.axes:
-            if x < self.gutter and lane.top <= y <= lane.bottom:
-                return "\n".join(
-                    f"{channel.name} ({channel.unit})" if channel.unit else channel.name
-                    for channel in (self.source.channels[i] for i in lane.channels)
-                )
-        return ""
 
-    @staticmethod
-    def _entry(menu: QMenu, name: str, checked: bool) -> QAction:
-        entry = menu.addAction(name)
-        entry.setCheckable(True)
-        entry.setChecked(checked)
-        return entry
+def _add_entry(menu: QMenu, name: str, checked: bool, toggle: Callable[[bool], object]) -> None:
+    entry = QAction(name, menu, checkable=True, checked=checked)
+    entry.toggled.connect(toggle)
+    menu.addAction(entry)

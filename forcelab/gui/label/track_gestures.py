@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QPointF
 
 from forcelab.gui.document import Document
-from forcelab.gui.view_state import Snap
+from forcelab.gui.view_state import Snap, SnapKind
 from forcelab.labels import Segments
 from forcelab.segment_edits import SLIVER, move_edge, move_segment, paint
 
@@ -29,6 +29,8 @@ SNAP_REACH = 8.0
 JOIN_REACH = 16.0
 #: Samples closer than this many pixels cannot be told apart by hand: none of them is a target.
 LEAST_SAMPLE_DISTANCE = 4.0
+#: Targets in the order of their worth.
+RANK: dict[SnapKind, int] = {"contact": 0, "edge": 0, "frame": 1, "sample": 2}
 
 _start = attrgetter("start")
 _end = attrgetter("end")
@@ -74,26 +76,18 @@ def snap(
 
     Times to `exclude` are no targets: where the dragged edge itself is now.
     """
-    reach = SNAP_REACH / pixels_per_second
-    contact = _nearest(targets.contacts, time, exclude)
-    best = None
-    if contact is not None and abs(contact - time) <= reach:
-        best = Snap(contact, "contact")
-    edge = _nearest_edge(time, targets, exclude)
-    nearer = reach if best is None else abs(best.time - time)
-    if edge is not None and abs(edge - time) <= nearer and (best is None or edge != best.time):
-        # A contact event that is as near as an edge says more about the signal.
-        best = best if best is not None and abs(edge - time) == nearer else Snap(edge, "edge")
-    if best is not None:
-        return best
-    frame = _nearest(targets.frames, time, exclude)
-    if frame is not None and abs(frame - time) <= reach:
-        return Snap(frame, "frame")
+    nearest: dict[SnapKind, float | None] = {
+        "contact": _nearest(targets.contacts, time, exclude),
+        "edge": _nearest_edge(time, targets, exclude),
+        "frame": _nearest(targets.frames, time, exclude),
+    }
     if targets.period * pixels_per_second >= LEAST_SAMPLE_DISTANCE:
-        sample = _nearest(targets.samples, time, exclude)
-        if sample is not None and abs(sample - time) <= reach:
-            return Snap(sample, "sample")
-    return None
+        nearest["sample"] = _nearest(targets.samples, time, exclude)
+    offers = [Snap(at, kind) for kind, at in nearest.items() if at is not None]
+    reach = SNAP_REACH / pixels_per_second
+    near = [offer for offer in offers if abs(offer.time - time) <= reach]
+    # Of a contact event and an edge that are as near the first: it says more about the signal.
+    return min(near, key=lambda offer: (RANK[offer.kind], abs(offer.time - time)), default=None)
 
 
 def round_to_sample(time: float, targets: SnapTargets) -> float:
@@ -244,8 +238,6 @@ def _tiny(segments: Segments, time: float, pixel: float) -> int | None:
 
 #: A segment's edge stops this far from its other edge where the sample period is not known, in s.
 SHORTEST = 1e-3
-#: Targets in the order of their worth.
-RANK = {"contact": 0, "edge": 0, "frame": 1, "sample": 2}
 
 
 class Gesture(ABC):
@@ -374,7 +366,7 @@ class EdgeGesture(Gesture):
         pressed: float,
         segments: Segments,
         index: int,
-        edge: Literal["start", "end"],
+        edge: Edge,
         bounds: tuple[float, float],
         shortest: float,
     ) -> None:
@@ -385,7 +377,7 @@ class EdgeGesture(Gesture):
         limits = (low, old.end - shortest) if edge == "start" else (old.start + shortest, high)
         super().__init__(pressed, (old.start if edge == "start" else old.end,), limits)
         self.index = index
-        self.edge: Literal["start", "end"] = edge
+        self.edge: Edge = edge
         self.old = old
         self.action = old.action
 

@@ -60,12 +60,12 @@ def other_menu(parent: QWidget, document: Document, author: str, time: float, pl
     index = index_at(segments, time)
     segment = None if index is None else segments[index]
     if segment is not None:
-        copy_this = partial(commands.copy_interval, document, author, segment.start, segment.end)
+        copy_this = partial(commands.copy_span, document, author, (segment.start, segment.end))
         _add_entry(menu, "Copy this segment to mine", copy_this)
     if document.view.range is not None:
-        copy_range = partial(commands.copy_interval, document, author, *document.view.range)
+        copy_range = partial(commands.copy_span, document, author, document.view.range)
         _add_entry(menu, "Copy the range to mine", copy_range)
-    copy_all = partial(commands.copy_interval, document, author, *document.view.bounds)
+    copy_all = partial(commands.copy_span, document, author, document.view.bounds)
     _add_entry(menu, "Copy the whole track to mine", copy_all)
     if segment is not None:
         _add_view_entries(menu, document, segment, play)
@@ -213,17 +213,12 @@ def _add_copies(menu: QMenu, document: Document, time: float) -> dict[str, QActi
         entry = _add_entry(
             menu,
             f"Copy from {shown_name(menu, author)}",
-            partial(_copy, document, author, span),
+            partial(commands.copy_span, document, author, span),
             "" if span is not None else "Nothing is labelled there.",
         )
         if span is not None:
             possible[author] = entry
     return possible
-
-
-def _copy(document: Document, author: str, span: tuple[float, float] | None) -> None:
-    if span is not None:
-        commands.copy_interval(document, author, *span)
 
 
 def _add_entry(menu: QMenu, label: str, verb: Callable[[], object], obstacle: str = "") -> QAction:

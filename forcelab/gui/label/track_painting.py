@@ -6,7 +6,6 @@ between them or for a texture are brought onto columns of pixels first, all at o
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
 from functools import lru_cache
 
@@ -17,9 +16,9 @@ from PySide6.QtGui import QColor, QFont, QImage, QPainter, QPen, QPolygonF
 
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
-from forcelab.gui.figures.figure import Theme
-from forcelab.gui.figures.tracks import LabelStyle, action_style, paint_track, plate
+from forcelab.gui.figures.tracks import LabelStyle, paint_track, plate
 from forcelab.gui.kit.plot import plate_box
+from forcelab.gui.label.swatches import style_of
 from forcelab.gui.label.track_spans import track_spans
 from forcelab.gui.theme import Colours, colours
 from forcelab.labels import Segments
@@ -127,14 +126,6 @@ PLATE_DISTANCE, ARROW = 8.0, 20.0
 NARROW = 3.0
 
 
-def styles_of(vocabulary: Vocabulary, used: Iterable[str], theme: Theme) -> dict[str, LabelStyle]:
-    """How each action is drawn; grey where another author's action is not in the vocabulary."""
-    styles = {action.name: action_style(action) for action in vocabulary}
-    for name in used:
-        styles.setdefault(name, LabelStyle("", QColor(theme.muted)))
-    return styles
-
-
 def narrow_columns(
     segments: Segments, start: float, pixel: float, count: int, widest: float
 ) -> tuple[Segments, NDArray[np.int64], tuple[str, ...]]:
@@ -190,7 +181,8 @@ def paint_row(
     wide, columns, names = narrow_columns(
         segments, axis.start, pixel, count, NARROW * ratio * pixel
     )
-    styles = styles_of(vocabulary, (*names, *(s.action for s in wide)), theme)
+    used = {*names, *(segment.action for segment in wide)}
+    styles = {name: style_of(vocabulary, name) for name in used}
     # Lines between segments lie on light colours in either theme.
     on_track = replace(theme, text=theme.on_unlabelled)
     edge = QPen(QColor(theme.on_unlabelled), 1.0)

@@ -5,17 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from weakref import ref
 
-from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import (
-    QColor,
-    QContextMenuEvent,
-    QFont,
-    QHelpEvent,
-    QMouseEvent,
-    QPainter,
-    QPixmap,
-)
-from PySide6.QtWidgets import QMenu, QSizePolicy, QToolTip
+from PySide6.QtCore import QPoint, QPointF, QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QContextMenuEvent, QFont, QMouseEvent, QPainter, QPixmap
+from PySide6.QtWidgets import QMenu, QSizePolicy
 
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
@@ -35,12 +27,7 @@ from forcelab.gui.label.track_gestures import (
     snapped_time,
 )
 from forcelab.gui.label.track_menus import other_menu, own_menu, range_menu
-from forcelab.gui.label.track_painting import (
-    origin_text,
-    outline,
-    paint_row,
-    plate_beside,
-)
+from forcelab.gui.label.track_painting import origin_text, outline, paint_row, plate_beside
 from forcelab.gui.theme import colours
 from forcelab.labels import MODEL_PREFIX, Segment, Segments, is_model
 from forcelab.segment_edits import index_at, overlapping
@@ -159,15 +146,8 @@ class TrackPanel(SegmentPanel):
     def minimumSizeHint(self) -> QSize:
         return QSize(self.gutter + 100, self.least_height(compact=self._compact))
 
-    def viewportEvent(self, event: QEvent) -> bool:
-        """Show a tooltip: narrow segments have no room for their names."""
-        if event.type() == QEvent.Type.ToolTip and isinstance(event, QHelpEvent):
-            QToolTip.showText(event.globalPos(), self.tooltip_at(QPointF(event.pos())), self)
-            return True
-        return super().viewportEvent(event)
-
     def tooltip_at(self, position: QPointF) -> str:
-        """The segment under a pixel, or the author left of the tracks; empty elsewhere."""
+        """The segment, which may have no room for its name, or the author left of the tracks."""
         if position.x() < self.plot.left():
             row = self.row_at(QPointF(self.plot.left(), position.y()))
             return "" if row is None else row.author

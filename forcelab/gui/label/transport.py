@@ -438,14 +438,12 @@ class Transport(QWidget):
 
     def _show_range(self) -> None:
         """Show what was begun and waits for its end, or else the marked range."""
-        document = self.document
-        if document.view.range is not None:
-            start, end = document.view.range
-            text = f"range {start:.3f}–{end:.3f} s ({end - start:.3f} s)"
-        else:
-            text = ""
-        if (begun := pending(document)) is not None:
+        text = ""
+        if (begun := pending(self.document)) is not None:
             text = begun.what + begun.how
+        elif self.document.view.range is not None:
+            start, end = self.document.view.range
+            text = f"range {start:.3f}–{end:.3f} s ({end - start:.3f} s)"
         self.range.set_text(text)
 
     def _show_playing(self) -> None:

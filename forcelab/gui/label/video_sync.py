@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 import pyqtgraph as pg
@@ -469,7 +470,7 @@ class SynchroniseDialog(QDialog):
     def mark_frame(self) -> None:
         """Set the video time of the tap that lacks one, or of a new tap, to the chosen frame's."""
         if self.preview.times.size:
-            self._set_tap_time(video=self.preview.time)
+            self._set_tap_time("video", self.preview.time)
 
     def mark_force(self) -> None:
         """Set the force time of a tap to the cursor, or to the contact event beside it."""
@@ -477,7 +478,7 @@ class SynchroniseDialog(QDialog):
         if self.snap.isChecked() and contacts.size:
             nearest = float(contacts[np.argmin(np.abs(contacts - time))])
             time = nearest if abs(nearest - time) <= SNAP else time
-        self._set_tap_time(force=time)
+        self._set_tap_time("force", time)
 
     def remove(self) -> None:
         """Remove the selected tap."""
@@ -580,19 +581,12 @@ class SynchroniseDialog(QDialog):
         if row.force is not None:
             self.document.view.seek(row.force)
 
-    def _set_tap_time(self, video: float | None = None, force: float | None = None) -> None:
-        """Set the time of the first tap that lacks it, or add a tap."""
-        rows = list(self.rows)
-        for place, row in enumerate(rows):
-            if video is not None and row.video is None:
-                rows[place] = TapRow(video, row.force)
-                break
-            if force is not None and row.force is None:
-                rows[place] = TapRow(row.video, force)
-                break
-        else:
-            rows.append(TapRow(video, force))
-        self.set_rows(tuple(rows))
+    def _set_tap_time(self, clock: Literal["video", "force"], time: float) -> None:
+        """Set the time on a clock of the first tap that lacks it, or of a new tap."""
+        rows = [*self.rows, TapRow()]
+        place = next(i for i, row in enumerate(rows) if getattr(row, clock) is None)
+        rows[place] = replace(rows[place], **{clock: time})
+        self.set_rows(tuple(row for row in rows if row != TapRow()))
 
     def _show_cursor(self) -> None:
         with QSignalBlocker(self.force_time):

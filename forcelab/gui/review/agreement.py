@@ -17,7 +17,7 @@ from forcelab.gui.review.agreement_details import (
     CoderMatrix,
     ConsistencyView,
     PairDetails,
-    sentence_label,
+    unfocused_label,
 )
 from forcelab.gui.review.consensus import ConsensusBar
 from forcelab.gui.review.reviewed_run import blind_demonstrations
@@ -50,16 +50,16 @@ class AgreementView(QWidget):
         self._stale = True
         self.task = combo_box("Task", {})
         self.task.activated.connect(self._recompute)
-        self.note, self.summary = sentence_label(muted=True), sentence_label()
-        self.counts = sentence_label()
+        self.note, self.summary = unfocused_label(muted=True), unfocused_label()
+        self.counts = unfocused_label()
         self.matrix, self.pair = CoderMatrix(), PairDetails(document)
         self.matrix.chosen.connect(self._show_pair)
-        self.alone, self.consensus = ConsistencyView(document), ConsensusBar(document)
+        self.consistency, self.consensus = ConsistencyView(document), ConsensusBar(document)
         self.pages = OverflowTabs()
         self.pages.setAccessibleName("Coders")
         self.pages.addTab(self._agreement_page(), "Agreement")
         self.pages.addTab(scroll_area(self.consensus), "Consensus")
-        self.pages.addTab(scroll_area(self.alone), "Each coder")
+        self.pages.addTab(scroll_area(self.consistency), "Each coder")
         self.pages.currentChanged.connect(self.focus_consensus)
         self.room = PageOrPlaceholder(self.pages)
         page_layout(self, self.task, self.note, self.room, growing=self.room, margin=4, spacing=4)
@@ -206,7 +206,7 @@ class AgreementView(QWidget):
         self.consensus.show_coded(result.coded)  # before a pair of them is chosen
         self.matrix.setVisible(True)
         self.matrix.show_agreement(result)
-        self.alone.show_agreement(result, {d.id: d.name for d in result.coded})
+        self.consistency.show_agreement(result, {d.id: d.name for d in result.coded})
 
     def _missing(self) -> str:
         """Why there is nothing to compare, and what to do about it."""

@@ -449,8 +449,8 @@ class CoderMatrix(PanelPlot):
 MOST_INTERVALS = 2000
 
 
-def sentence_label(muted: bool = False) -> QLabel:
-    """A label that wraps; its text can be selected with the mouse."""
+def unfocused_label(muted: bool = False) -> QLabel:
+    """A label to copy from that leaves the keyboard where it is."""
     label = copyable()
     label.setFocusPolicy(Qt.FocusPolicy.NoFocus)
     if muted:
@@ -466,12 +466,12 @@ class PairDetails(QWidget):
         self.document = document
         self._pair: PairAgreement | None = None
         self._names: Mapping[str, str] = {}
-        self.title = sentence_label()
+        self.title = unfocused_label()
         emphasise(self.title)
-        self.frames, self.alone = sentence_label(), sentence_label()
-        self.each, self.bars = sentence_label(), ActionBars()
-        self.offsets, self.histogram = sentence_label(), OffsetHistogram()
-        self.segments = sentence_label()
+        self.frames, self.alone = unfocused_label(), unfocused_label()
+        self.each, self.bars = unfocused_label(), ActionBars()
+        self.offsets, self.histogram = unfocused_label(), OffsetHistogram()
+        self.segments = unfocused_label()
         self.kinds = combo_box(
             "Which places are listed",
             {
@@ -484,14 +484,18 @@ class PairDetails(QWidget):
         self.kinds.activated.connect(self._list)
         self.places = IntervalTable("Places where the two differ")
         self.places.interval_chosen.connect(document.review.examine)
-        self._count = sentence_label(muted=True)
-        time = fill_layout(QVBoxLayout(), self.title, self.frames, self.alone, spacing=4)
-        actions = fill_layout(QVBoxLayout(), self.each, self.bars, spacing=4)
-        boundaries = fill_layout(QVBoxLayout(), self.offsets, self.histogram, spacing=4)
+        self._count = unfocused_label(muted=True)
         row = fill_layout(QHBoxLayout(), self.kinds, (self._count, 1))
-        differences = fill_layout(QVBoxLayout(), row, (self.places, 1), spacing=4)
-        parts = time, actions, boundaries, self.segments, (differences, 1)
-        fill_layout(QVBoxLayout(self), *parts, margins=0, spacing=8)
+        frames = self.title, self.frames, self.alone
+        column = fill_layout(QVBoxLayout(self), *frames, margins=0, spacing=4)
+        for group in (
+            (self.each, self.bars),
+            (self.offsets, self.histogram),
+            (self.segments,),
+            (row, (self.places, 1)),
+        ):
+            column.addSpacing(4)
+            fill_layout(column, *group)
 
     def show_pair(self, pair: PairAgreement, names: Mapping[str, str]) -> None:
         """Show two coders; `names` are the demonstrations' by id."""
@@ -605,7 +609,7 @@ class ConsistencyView(QWidget):
         self._names: Mapping[str, str] = {}
         self.coder = combo_box("Coder", {})
         self.coder.activated.connect(self._show)
-        about = sentence_label(muted=True)
+        about = unfocused_label(muted=True)
         about.setText(
             "± is the spread of an action's durations, as a share of their mean. A low one "
             "means that its segments are about as long each time."
@@ -617,7 +621,7 @@ class ConsistencyView(QWidget):
         self.durations.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         high = self.durations.verticalHeader().defaultSectionSize()
         self.durations.setMinimumHeight(round(6.5 * high))  # where there is less room, all scrolls
-        self._odd = sentence_label()
+        self._odd = unfocused_label()
         self.places = IntervalTable("Segments that stand out")
         self.places.interval_chosen.connect(document.review.examine)
         parts = self.coder, about, (self.durations, 1), self._odd, (self.places, 1)

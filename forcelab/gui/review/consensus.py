@@ -31,7 +31,7 @@ from forcelab.gui.layout import (
     push_button,
     set_enabled_with_reason,
 )
-from forcelab.gui.review.agreement_details import IntervalRow, IntervalTable, sentence_label
+from forcelab.gui.review.agreement_details import IntervalRow, IntervalTable, unfocused_label
 from forcelab.gui.review.reviewed_run import blind_demonstrations
 from forcelab.gui.shortcuts import key_name
 from forcelab.gui.text import escape_ampersands, settle_name
@@ -284,7 +284,7 @@ class ConsensusBar(QWidget):
         self.current: Difference | None = None
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName("Consensus")
-        self.state, self.now = sentence_label(), sentence_label(muted=True)
+        self.state, self.now = unfocused_label(), unfocused_label(muted=True)
         self.places = IntervalTable("Differences, in order of time")
         self.places.hideColumn(0)  # the demonstration is the same one throughout
         self.buttons = ConsensusButtons(self)

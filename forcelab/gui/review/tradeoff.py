@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from PySide6.QtCore import QItemSelectionModel, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QHBoxLayout, QProgressBar, QSplitter, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSplitter, QWidget
 
 from forcelab.errors import ForcelabError
 from forcelab.gui.figures.tradeoff import Tradeoff
@@ -17,6 +17,7 @@ from forcelab.gui.file_dialogs import export_picture
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable
 from forcelab.gui.layout import (
     PageOrPlaceholder,
+    SlimProgressBar,
     copyable,
     fill_layout,
     fill_splitter,
@@ -230,13 +231,8 @@ class TradeoffController(QObject):
             return
         self.progress, self.trouble = None, ""
         self._measured_for = self.document.author
-        self._jobs.run(
-            measure_task(project.path, self.task, self.author, self.trainer.settings),
-            self._finished,
-            self._failed,
-            self._progressed,
-            key=MEASURING,
-        )
+        job = measure_task(project.path, self.task, self.author, self.trainer.settings)
+        self._jobs.run(job, self._finished, self._failed, self._progressed, key=MEASURING)
         self.changed.emit()
 
     def cancel(self) -> None:
@@ -256,20 +252,18 @@ class TradeoffController(QObject):
             self.document.show_message(reason, True)
             return
         self._replaced.append(self.trainer.settings)
-        self._adopted = settings
-        self.trainer.set_settings(settings)
-        self.document.show_message(
-            f"'{task_text(self.task)}' is trained with “{name}” from now on."
-        )
-        self.changed.emit()
+        self._train_with(settings, f"with “{name}” from now on")
 
     def undo(self) -> None:
         """Train with the settings again that were in use before the latest ones were adopted."""
         if self._replaced:
-            self._adopted = self._replaced.pop()
-            self.trainer.set_settings(self._adopted)
-            self.document.show_message(f"'{task_text(self.task)}' is trained as before.")
-            self.changed.emit()
+            self._train_with(self._replaced.pop(), "as before")
+
+    def _train_with(self, settings: Settings, how: str) -> None:
+        self._adopted = settings
+        self.trainer.set_settings(settings)
+        self.document.show_message(f"'{task_text(self.task)}' is trained {how}.")
+        self.changed.emit()
 
     def show_measured(self, measured: Measured | None) -> None:
         """Show a measurement, or that there is none."""
@@ -459,10 +453,7 @@ class TradeoffView(QWidget):
         tip = "Recognise every labelled demonstration by settings trained on the others"
         name = "Measure recognition of this task"
         self.measure = push_button("Measure", controller.measure, name, tip)
-        self.progress = QProgressBar(textVisible=False)
-        self.progress.setFixedWidth(80)
-        self.progress.setMaximumHeight(8)
-        self.progress.setAccessibleName("Progress of the measurement")
+        self.progress = SlimProgressBar("Progress of the measurement", 80)
         self.cancel = push_button("Cancel", controller.cancel, "Cancel the measurement")
         self.state = ElidedLabel()
         self.state.setAccessibleName("When it was measured")
@@ -548,9 +539,7 @@ class TradeoffView(QWidget):
         self.measure.setVisible(not controller.running)
         self.progress.setVisible(controller.running)
         self.cancel.setVisible(controller.running)
-        self.progress.setRange(0, 0 if progress is None else max(progress.total, 1))
-        if progress is not None:
-            self.progress.setValue(min(progress.done, progress.total))
+        self.progress.show_step(progress)
         if controller.running:
             self.state.set_text("starting" if progress is None else progress.text)
         else:

@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QHBoxLayout,
     QMenu,
-    QProgressBar,
     QSizePolicy,
     QToolButton,
     QVBoxLayout,
@@ -24,6 +23,7 @@ from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
 from forcelab.gui.layout import (
+    SlimProgressBar,
     fill_layout,
     push_button,
     set_enabled_with_reason,
@@ -249,11 +249,7 @@ class TrainingBar(QWidget):
         self.settings = push_button("", self.open_settings, tip="How a recogniser is trained")
         self.freshness = ElidedLabel()
         self.freshness.setAccessibleName("State of the recogniser")
-        self.progress = QProgressBar()
-        self.progress.setTextVisible(False)
-        self.progress.setFixedWidth(110)
-        self.progress.setMaximumHeight(8)
-        self.progress.setAccessibleName("Progress of the training")
+        self.progress = SlimProgressBar("Progress of the training", 110)
         self.step_text = ElidedLabel()
         self.step_text.setAccessibleName("What the training does")
         self.cancel = push_button("Cancel", self.trainer.cancel, "Cancel the training")
@@ -339,9 +335,7 @@ class TrainingBar(QWidget):
 
     def _show_progress(self) -> None:
         step, training = self.trainer.step, self.trainer.training
-        self.progress.setRange(0, 0 if step is None else max(step.total, 1))
-        if step is not None:
-            self.progress.setValue(min(step.done, step.total))
+        self.progress.show_step(step)
         text, short = "starting" if training else "", ""
         if training and step is not None:
             text, short = training_progress_text(step), training_progress_text(step, short=True)

@@ -4,7 +4,7 @@ import pytest
 from PySide6.QtCore import QEvent, QModelIndex, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QMenu, QPushButton
+from PySide6.QtWidgets import QLabel, QMenu, QPushButton
 from window_helpers import open_painted_document, shown_widget
 
 from forcelab.gui.label.actions import ActionList, KeyDialog, colour_menu
@@ -180,6 +180,13 @@ def test_a_key_is_chosen_by_pressing_it(app, document):
     left = KeyDialog(document.vocabulary, "hold")
     press(left, Qt.Key.Key_Escape, "\x1b")
     assert left.key is None
+
+
+def test_a_name_in_the_dialog_of_its_key_is_no_markup(app):
+    name = "<i>grab</i>"
+    dialog = KeyDialog(Vocabulary().with_actions(name), name)
+    (sentence,) = (label for label in dialog.findChildren(QLabel) if name in label.text())
+    assert sentence.textFormat() == Qt.TextFormat.PlainText
 
 
 def test_colours_for_every_eye_come_first(app, view):

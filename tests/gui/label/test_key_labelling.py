@@ -370,6 +370,9 @@ def test_a_key_says_what_to_do_where_there_is_no_action(document, desk, messages
     for segment in reversed(document.editor.segments):
         document.editor.delete(document.editor.index_of(segment))
     document.set_vocabulary(Vocabulary())
+    for key in (Qt.Key.Key_Space, Qt.Key.Key_Down, Qt.Key.Key_F2):  # which none could paint with
+        desk.press(key)
+    assert "add one under Actions" not in messages[-1][0]
     desk.press(GRAB)
     assert document.stroke is None
     assert messages[-1][1]

@@ -151,12 +151,12 @@ def test_the_old_picture_moves_with_the_time_axis_at_once(open_panel, document, 
 
 
 def test_colours_do_not_jump_while_panning(open_panel, document, until):
-    before = open_panel._range()
+    before = open_panel._layers.ends
     document.view.set_span(0.2, 1.2)
     until(lambda: open_panel.settled)
-    assert open_panel._range() == before
+    assert open_panel._layers.ends == before
     open_panel.set_steady(False)
-    assert open_panel._range() != before
+    assert open_panel._layers.ends != before
 
 
 @pytest.fixture
@@ -191,7 +191,7 @@ def test_a_long_recording_is_coarse_first_and_says_so(panel, document, until, mo
     assert pictures[0].coarse
     assert "coarse" in reading.readout_note(pictures[0], 0.0)
     assert not panel.picture.coarse
-    assert "largest of 150 samples" in reading.readout_note(panel.picture, panel._range()[1])
+    assert "largest of 150 samples" in panel._note
 
 
 @pytest.mark.usefixtures("long_from_little")
@@ -337,7 +337,7 @@ def test_a_spike_without_a_colour_of_its_own_is_told_where_it_is_seen(panel, doc
     for start, noted in ((at / 1000 - 2, True), (60.0, False)):
         document.view.set_span(start, start + 4)
         until(lambda: panel.settled and panel.picture is not None)
-        assert (note in reading.readout_note(panel.picture, panel._range()[1])) == noted
+        assert (note in panel._note) == noted
 
 
 def test_glitches_that_were_left_out_are_told(panel, document, until):
@@ -348,11 +348,11 @@ def test_glitches_that_were_left_out_are_told(panel, document, until):
     panel.set_channel("fz1")
     panel.show()
     until(lambda: panel.settled and panel.picture is not None)
-    assert reading.readout_note(panel.picture, panel._range()[1]).endswith(", 2 glitches left out")
+    assert panel._note.endswith(", 2 glitches left out")
     assert panel.picture.view.high < 3
     document.view.set_span(3.0, 6.0)
     until(lambda: panel.settled)
-    assert reading.readout_note(panel.picture, panel._range()[1]).endswith(", 1 glitch left out")
+    assert panel._note.endswith(", 1 glitch left out")
 
 
 @pytest.mark.usefixtures("long_from_little")

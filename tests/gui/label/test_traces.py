@@ -398,8 +398,8 @@ def test_closing_the_demonstration_leaves_nothing_drawn(panel):
 def test_pointing_at_a_name_tells_it_in_full(panel):
     picture(panel)
     lane, _ = lane_of(panel, "temperature")
-    assert panel.gutter_tip(20, lane.middle) == "temperature (°C)"
-    assert panel.gutter_tip(400, lane.middle) == ""
+    assert panel.tooltip_at(QPointF(20, lane.middle)) == "temperature (°C)"
+    assert panel.tooltip_at(QPointF(400, lane.middle)) == ""
 
 
 @pytest.mark.parametrize("height", [80, 120, 400])

@@ -12,13 +12,8 @@ from PySide6.QtGui import QColor, QImage, QPainter
 from window_helpers import PanelMouse, open_foam_document
 
 from forcelab.gui.figures.axes import Axis
-from forcelab.gui.label.track_painting import (
-    abbreviations,
-    narrow_columns,
-    paint_row,
-    short_name,
-    styles_of,
-)
+from forcelab.gui.label.swatches import style_of
+from forcelab.gui.label.track_painting import abbreviations, narrow_columns, paint_row, short_name
 from forcelab.gui.label.tracks import TrackPanel
 from forcelab.gui.theme import colours
 from forcelab.labels import Segment
@@ -53,9 +48,9 @@ def test_segments_have_their_actions_colours_and_the_rest_is_unlabelled(document
 
 
 def test_an_action_that_is_not_in_the_vocabulary_is_grey(document):
-    styles = styles_of(document.vocabulary, ["grab", "unheard of"], colours())
-    assert styles["grab"].colour == QColor(document.vocabulary["grab"].colour)
-    assert styles["unheard of"].colour == QColor(colours().muted)
+    grab = QColor(document.vocabulary["grab"].colour)
+    assert style_of(document.vocabulary, "grab").colour == grab
+    assert style_of(document.vocabulary, "unheard of").colour == QColor(colours().frame)
 
 
 def test_the_others_tracks_are_seen_too(document, panel):
