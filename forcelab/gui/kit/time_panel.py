@@ -173,12 +173,12 @@ class TimePanel(TimeView):
         plot = self.plot
         painter.save()
         painter.setClipRect(plot)
-        self._paint_range(painter, plot)
+        self._paint_bands(painter)
         painter.restore()
         painter.save()
         self.paint_overlay(painter, plot)
         painter.setClipRect(plot)
-        self._paint_lines(painter, plot)
+        self._paint_lines(painter)
         painter.restore()
 
     def tooltip_at(self, position: QPointF) -> str:
@@ -235,22 +235,18 @@ class TimePanel(TimeView):
 
     # Inside
 
-    def _paint_range(self, painter: QPainter, plot: QRectF) -> None:
+    def _paint_bands(self, painter: QPainter) -> None:
         """Draw the marked range and the unfinished stroke as bands."""
         document, now = self.document, colours()
-        if document.view.range is not None:
-            left, right = (self.x_at(time) for time in document.view.range)
-            self._band(painter, left, right, QColor(now.range))
-        elif document.view.range_start is not None:
-            painter.setPen(QPen(QColor(now.range), 1, Qt.PenStyle.DashLine))
-            x = round(self.x_at(document.view.range_start)) + 0.5
-            painter.drawLine(QLineF(x, plot.top(), x, plot.bottom()))
-        stroke = document.stroke
-        if stroke is not None:
+        _, _, marked, drawn = self._drawn_over
+        if marked is not None and document.view.range is None:
+            self._dashed_line(painter, marked[0], now.range)
+        elif marked is not None:
+            self._band(painter, *marked, QColor(now.range))
+        if drawn is not None and (stroke := document.stroke) is not None:
             listed = stroke.action in document.vocabulary
             colour = document.vocabulary[stroke.action].colour if listed else now.accent
-            begin, cursor_x = self.x_at(stroke.start), self.x_at(document.view.cursor)
-            self._band(painter, min(begin, cursor_x), max(begin, cursor_x), QColor(colour))
+            self._band(painter, min(drawn), max(drawn), QColor(colour))
 
     def _band(self, painter: QPainter, left: float, right: float, colour: QColor) -> None:
         """A translucent band with edges, over the whole height."""
@@ -263,16 +259,18 @@ class TimePanel(TimeView):
             spot = round(x) + 0.5
             painter.drawLine(QLineF(spot, 0, spot, self.height()))
 
-    def _paint_lines(self, painter: QPainter, plot: QRectF) -> None:
+    def _paint_lines(self, painter: QPainter) -> None:
         """Draw the offered snap target, and the cursor."""
-        document, now = self.document, colours()
-        if document.demonstration is None:
-            return
-        if document.view.hint is not None:
-            painter.setPen(QPen(QColor(now.hint), 1, Qt.PenStyle.DashLine))
-            x = round(self.x_at(document.view.hint.time)) + 0.5
-            painter.drawLine(QLineF(x, plot.top(), x, plot.bottom()))
-        self.paint_cursor(painter, self.x_at(document.view.cursor))
+        cursor, hint, *_ = self._drawn_over
+        if hint is not None:
+            self._dashed_line(painter, hint[0], colours().hint)
+        if cursor is not None and self.document.demonstration is not None:
+            self.paint_cursor(painter, cursor[0])
+
+    def _dashed_line(self, painter: QPainter, x: float, colour: str) -> None:
+        painter.setPen(QPen(QColor(colour), 1, Qt.PenStyle.DashLine))
+        x = round(x) + 0.5
+        painter.drawLine(QLineF(x, 0, x, self.height()))
 
     def _marks(self) -> tuple[TimeSpan | None, ...]:
         """Where cursor, hint, range and stroke are, in pixels; None where there is none."""
