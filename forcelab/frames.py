@@ -19,7 +19,8 @@ from forcelab.formats.samples import LABELS_OF
 from forcelab.labels import Segment, Track, model_author, to_codes
 from forcelab.project import Origin, Project
 from forcelab.recognition.examples import LabelledDemonstration
-from forcelab.recognition.intervals import METRICS, Intervals, look_up
+from forcelab.recognition.intervals import Intervals
+from forcelab.recognition.metrics import METRICS, look_up
 from forcelab.recognition.results import Evaluation
 from forcelab.review.run_result import RunResult
 from forcelab.text import unknown_word
@@ -75,9 +76,9 @@ def segments_frame(
             proposed = (None, False) if origin is None else (origin.proposer, origin.changed)
             edges = (segment.start, segment.end, segment.action)
             rows.append((of_task, name, track.author, *edges, *proposed))
-    names = ("task", "demonstration", "author", "start", "end", "action", "proposed_by", "changed")
-    types: tuple[type, ...] = (object, object, object, float, float, object, object, bool)
-    return _frame(_columns(rows, names, types))
+    types = {"task": object, "demonstration": object, "author": object, "start": float,
+             "end": float, "action": object, "proposed_by": object, "changed": bool}  # fmt: skip
+    return _frame_of_rows(rows, types)
 
 
 def samples_frame(
@@ -189,8 +190,8 @@ def scores_frame(result: Evaluation | RunResult) -> DataFrame:
     ['demonstration', 'demonstration', 'demonstration', 'pooled', 'lower', 'upper']
     """
     rows = [(stage, row, name, *values) for stage, row, name, values in score_rows(result)]
-    types: tuple[type, ...] = (object, object, object, *(float for _ in METRICS))
-    return _frame(_columns(rows, ("stage", "row", "demonstration", *METRICS), types))
+    types = {"stage": object, "row": object, "demonstration": object}
+    return _frame_of_rows(rows, {**types, **dict.fromkeys(METRICS, float)})
 
 
 def score_rows(result: Evaluation | RunResult) -> Iterator[tuple[str, str, str, list[Any]]]:
@@ -256,15 +257,10 @@ def runs_frame(project: Project) -> DataFrame:
         )
         for run, use in zip(runs, uses, strict=True)
     ]
-    names = (
-        *("run", "time", "kind", "title", "author", "preset", "classifier", "seed", "tested"),
-        *("accuracy", "edit", "f1.50", "recogniser"),
-    )
-    types: tuple[Any, ...] = (
-        *(int, "datetime64[us]", object, object, object, object, object, int, int),
-        *(float, float, float, object),
-    )
-    return _frame(_columns(rows, names, types))
+    types = {"run": int, "time": "datetime64[us]", "kind": object, "title": object,
+             "author": object, "preset": object, "classifier": object, "seed": int, "tested": int,
+             "accuracy": float, "edit": float, "f1.50": float, "recogniser": object}  # fmt: skip
+    return _frame_of_rows(rows, types)
 
 
 def _tracks(
@@ -323,15 +319,11 @@ def _check(project: Project, task: str | None, author: str | None) -> None:
         raise InputError(unknown_word("author", author, authors or ("none at all",)))
 
 
-def _columns(
-    rows: Sequence[tuple[Any, ...]], names: Sequence[str], types: Sequence[Any]
-) -> dict[str, NDArray[Any]]:
-    """Rows as columns of these types; None becomes NaN where there are numbers."""
-    columns = list(zip(*rows, strict=True)) or [()] * len(names)
-    return {
-        name: np.array(column, dtype)
-        for name, column, dtype in zip(names, columns, types, strict=True)
-    }
+def _frame_of_rows(rows: Sequence[tuple[Any, ...]], types: Mapping[str, Any]) -> DataFrame:
+    """A table of rows whose columns have these types; None becomes NaN where there are numbers."""
+    columns = list(zip(*rows, strict=True)) or [()] * len(types)
+    named = zip(types.items(), columns, strict=True)
+    return _frame({name: np.array(column, dtype) for (name, dtype), column in named})
 
 
 def _frame(columns: dict[str, NDArray[Any]]) -> DataFrame:

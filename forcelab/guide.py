@@ -158,11 +158,11 @@ def search(pages: Sequence[Page], query: str) -> list[Match]:
     found = [hits("\n".join((section.title, *section.lines))) for section in sections]
     rarity = {w: math.log(1 + len(sections) / (1 + sum(w in f for f in found))) for w in words}
 
-    def score(section: Section, there: set[re.Pattern[str]]) -> tuple[int, float]:
+    def score(section: Section, present: set[re.Pattern[str]]) -> tuple[int, float]:
         near = max(map(hits, _sentences(section)), key=len)
-        first = {word for word in there for line in section.lines if word.match(line)}
-        parts = (there, near, first, *4 * (hits(section.title),))
-        return len(there), sum(rarity[word] for part in parts for word in part)
+        first = {word for word in present for line in section.lines if word.match(line)}
+        parts = (present, near, first, *4 * (hits(section.title),))
+        return len(present), sum(rarity[word] for part in parts for word in part)
 
     likeliest = sorted(
         (pair for pair in zip(sections, found, strict=True) if 2 * len(pair[1]) >= len(words) > 0),

@@ -1,8 +1,7 @@
 """Reading small files that people write by hand; writing files whole or not at all.
 
-The bytes go to a temporary file in the same folder, are forced
-to the disk and only then take the name. Whatever had the name before is untouched until then, and
-for ever if anything fails.
+The bytes go to a temporary file in the same folder, are forced to the disk and only then take the
+name. Whatever had the name before is untouched until then, and for ever if anything fails.
 """
 
 from __future__ import annotations

@@ -75,10 +75,10 @@ def make_sample_job(
     from forcelab.recognition.dataset import DataSelection
     from forcelab.recognition.presets import preset
     from forcelab.recognition.project_runs import train_tasks_job
-    from forcelab.simulation.generate import Job, produce_demonstrations
+    from forcelab.simulation.generate import Order, produce_demonstrations
 
     orders = [
-        Job(
+        Order(
             origin,
             coders=tuple(name for name, numbers in LABELLED.items() if origin.number in numbers),
             video=not small,

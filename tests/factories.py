@@ -53,10 +53,14 @@ def folder_in_memory() -> Iterator[Path]:
 
 
 def blas_threads() -> list[int]:
-    """How many threads each BLAS that is loaded may use."""
+    """How many threads each BLAS that is loaded may use; OpenCV's, which nothing needs, aside."""
     from threadpoolctl import threadpool_info
 
-    return [pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"]
+    return [
+        pool["num_threads"]
+        for pool in threadpool_info()
+        if pool["user_api"] == "blas" and "opencv" not in pool["filepath"]
+    ]
 
 
 def read_single(path: Path, **options: object) -> Recording:

@@ -8,7 +8,7 @@ from factories import BAYES_SETTINGS, FOAM_SELECTION, make_labelled_project, sin
 
 import forcelab
 from forcelab.project import Provenance
-from forcelab.recognition.intervals import METRICS
+from forcelab.recognition.metrics import METRICS
 
 GRAB, HOLD = forcelab.Segment(0.0, 2.0, "grab"), forcelab.Segment(2.0, 5.0, "hold")
 

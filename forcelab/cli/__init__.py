@@ -69,30 +69,32 @@ def main(argv: Sequence[str] | None = None) -> int:
         status = _run(_for_the_window(sys.argv[1:] if argv is None else argv))
         sys.stdout.flush()
     except ForcelabError as error:
-        print(f"forcelab: {printable(_sentence(error))}", file=sys.stderr)
-        return 2 if isinstance(error, UsageError) else 1
+        return _fail(_sentence(error), 2 if isinstance(error, UsageError) else 1)
     except ImportError as error:
         if (sentence := _qt_sentence(error)) is None:
             raise
-        print(f"forcelab: {printable(sentence)}", file=sys.stderr)
-        return 1
+        return _fail(sentence)
     except MemoryError:
-        print(
-            "forcelab: this takes more memory than there is; take fewer or shorter recordings at "
-            "once, or fewer and smaller scales.",
-            file=sys.stderr,
+        return _fail(
+            "this takes more memory than there is; take fewer or shorter recordings at once, or "
+            "fewer and smaller scales."
         )
-        return 1
     except KeyboardInterrupt as stop:
-        print("forcelab: stopped; nothing was left half done.", file=sys.stderr)
-        return 128 + (stop.number if isinstance(stop, Interrupted) else signal.SIGINT)
+        number = stop.number if isinstance(stop, Interrupted) else signal.SIGINT
+        return _fail("stopped; nothing was left half done.", 128 + number)
     except OSError as error:
-        left = _reader_left(error)
-        if not left:
+        if _reader_left(error):
+            status = 0
+        else:
             nameless = "this folder" if isinstance(error, FileNotFoundError) else "the output"
-            print(f"forcelab: {error.filename or nameless}: {error.strerror}.", file=sys.stderr)
+            status = _fail(f"{error.filename or nameless}: {error.strerror}.")
         _drop_output()
-        return 0 if left else 1
+    return status
+
+
+def _fail(sentence: str, status: int = 1) -> int:
+    """Say what went wrong; gives the exit status."""
+    print(f"forcelab: {printable(sentence)}", file=sys.stderr)
     return status
 
 

@@ -23,7 +23,7 @@ class UsageError(InputError):
 
 
 #: Options, of which a usage does not list more.
-MANY = 5
+MOST_OPTIONS = 5
 PROJECT = "project folder NAME.forcelab"
 
 
@@ -44,7 +44,7 @@ class Formatter(argparse.RawDescriptionHelpFormatter):
         actions = list(actions)
         needed = {a for group in groups if group.required for a in group._group_actions}
         optional = [a for a in actions if a.option_strings and not a.required and a not in needed]
-        if len(optional) > MANY:
+        if len(optional) > MOST_OPTIONS:
             options = argparse.Action(["options"], "options", nargs=0)
             actions = [options, *(a for a in actions if a not in optional)]
             groups = [group for group in groups if group.required]
@@ -151,6 +151,10 @@ def add_author(parser: argparse._ActionsContainer, help_: str, **options: Any) -
     parser.add_argument("--author", metavar="NAME", type=name_of, help=help_, **options)
 
 
+def add_file(parser: argparse._ActionsContainer, option: str, help_: str) -> None:
+    parser.add_argument(option, metavar="FILE", type=Path, help=help_)
+
+
 def path_of(text: str) -> Path:
     """A file or folder from the command line; ``-``, standard input or output, is none."""
     if text == "-":
@@ -236,3 +240,15 @@ def add_column_options(parser: argparse._ActionsContainer) -> None:
         default=[],
         help="unit of a channel whose file states none, such as fx=N; may be repeated",
     )
+
+
+def columns_from(arguments: argparse.Namespace) -> dict[str, Any]:
+    """What these options say, as `forcelab.formats.recording.ReadOptions` takes it."""
+    return {
+        "time": arguments.time,
+        "jitter": arguments.jitter,
+        "counter": arguments.counter,
+        "leave_out": tuple(arguments.leave_out),
+        "signals": tuple(arguments.signal),
+        "units": tuple(arguments.unit),
+    }

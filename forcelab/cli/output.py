@@ -15,13 +15,14 @@ from typing import Any
 
 from forcelab.io import write_atomically
 from forcelab.jobs import Progress
+from forcelab.labels import Interval
 from forcelab.text import duration_text
 
 #: What stands for standard output where a file is written.
 STANDARD_OUTPUT = Path("-")
 WIDTH = 24
 #: Seconds between two drawings of a bar, after which its pace is known, and that need no telling.
-REDRAW, LEARNT, NEARLY = 0.1, 2.0, 5.0
+REDRAW_INTERVAL, PACE_KNOWN_AFTER, NEARLY_DONE = 0.1, 2.0, 5.0
 
 _quiet = ContextVar("quiet", default=False)
 
@@ -38,6 +39,12 @@ def table(rows: Sequence[Sequence[str]], right: Sequence[int] = ()) -> str:
         ]
         lines.append("  ".join(cells).rstrip())
     return "\n".join(lines)
+
+
+def interval_cells(interval: Interval) -> list[str]:
+    """Start, end and both actions of a stretch, in a table."""
+    times = [f"{time:.3f}" for time in (interval.start, interval.end)]
+    return [*times, interval.human or "-", interval.predicted or "-"]
 
 
 def printable(name: str) -> str:
@@ -133,7 +140,7 @@ class _Bar:
         if progress.total != self._last.total or progress.done < self._last.done:
             self._first, self._begun, self._drawn = progress, now, -math.inf
         self._last = progress
-        if now - self._drawn < REDRAW:
+        if now - self._drawn < REDRAW_INTERVAL:
             return
         self._drawn = now
         full = round(WIDTH * progress.done / max(progress.total, 1))
@@ -146,10 +153,10 @@ class _Bar:
     def _time_left(self, passed: float) -> str:
         """The rest of the stage; nothing while that is a guess, or it is nearly over."""
         done = self._last.done - self._first.done
-        if done == 0 or passed < LEARNT:
+        if done == 0 or passed < PACE_KNOWN_AFTER:
             return ""
         seconds = passed / done * (self._last.total - self._last.done)
-        if seconds < NEARLY:
+        if seconds < NEARLY_DONE:
             return ""
         # An MLP may end before its last epoch: it is known by the loss it has.
         how = "about" if getattr(self._last, "loss", None) is None else "up to"

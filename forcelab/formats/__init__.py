@@ -17,6 +17,7 @@ from forcelab.formats.signatures import (
     Format,
     file_head,
     find_format,
+    lerobot_dataset_of,
     names_in_zip,
     naming_file,
     seems_to_be,
@@ -106,6 +107,11 @@ def identify(path: str | os.PathLike[str]) -> Format:
         head = file_head(path)
         if format_ := find_format(all_formats(), "sniff", path, head):
             return format_
+        if dataset := lerobot_dataset_of(path):
+            raise InputError(
+                f"'{path}' belongs to the LeRobot dataset '{dataset}'; import that folder, or some "
+                f"of its episodes (--episodes 0-99)."
+            )
         kind = seems_to_be(head)
         if kind.endswith("video"):
             raise InputError(

@@ -245,6 +245,8 @@ class _ArrayTable:
         self._given = [*self._single, *options.signals, *options.leave_out]
         self._usable = [array for array in arrays if array.is_usable]
         self._names: Array | None = None  # the list that names the codes of labels
+        self._headings: list[Array] = []  # lists that name the columns of others
+        self._wrenches: list[Array] = []  # taken for such, although called forces
         if not self._usable:
             why = "; ".join(f"{r[:1].lower()}{r[1:]}".rstrip(".") for r in tree.remarks)
             raise InputError(
@@ -320,7 +322,14 @@ class _ArrayTable:
             if array.dtype.kind not in "Mm"
             and not (array.is_vector and (_is_role_name(array.leaf) or array.codes))
         ]
-        forces = [a for a in plain if name_forces(a.leaf, a.width(a.length)) != ((), ())]
+        paths = {array.path for array in plain}
+        forces = [
+            array
+            for array in plain
+            if name_forces(array.leaf, array.width(array.length)) != ((), ())
+            # What robomimic also keeps a step later, for learning.
+            and not ("next_obs/" in array.path and array.path.replace("next_obs/", "obs/") in paths)
+        ]
         times = self._named(self._options.time) or [
             array for array in self._usable if array.is_vector and is_time_name(array.leaf)
         ]
@@ -335,9 +344,10 @@ class _ArrayTable:
             if array in self._default or self._is_meant(array, self._options.signals)
         ]
         if not signals:
+            candidates = listed([array.sized() for array in whole]) if whole else self._holds()
             raise InputError(
                 f"'{self._tree.path}' holds no array that is called a force, and it is not plain "
-                f"which are the signals among {self._holds()}; name what is to be read as a "
+                f"which are the signals among {candidates}; name what is to be read as a "
                 f"signal, an array or a group of them (--signal), and the times (--time) or their "
                 f"rate (--rate)."
             )
@@ -418,15 +428,21 @@ class _ArrayTable:
         forces, _ = name_forces(array.leaf, number)
         names = numbered(leaf, number)
         if number > 1:
-            names = self._column_names(array, number) or forces or names
+            given = self._column_names(array, number)
+            names = given or forces or names
+            if len(forces) == 6 and not given and "force" in array.leaf.lower():
+                self._wrenches.append(array)
         leaves = tuple((i,) for i in range(number))
         return Field(f"/{array.path}", (), leaves, names, (array.unit,) * number, bool(forces))
 
     def _column_names(self, array: Array, number: int) -> tuple[str, ...]:
         """The names of an array's columns, of its own or in a list of words beside it."""
-        lists = (array.names, *(tuple(_words_of(other)) for other in self._lists_beside(array)))
-        fit = (n for n in lists if len(n) == number == len(set(n)) and all(map(str.strip, n)))
-        return next(fit, ())
+        for other in (None, *self._lists_beside(array)):
+            names = tuple(_words_of(other)) if other else array.names
+            if len(names) == number == len(set(names)) and all(map(str.strip, names)):
+                self._headings += [other] if other else []
+                return names
+        return ()
 
     def _lists_beside(self, array: Array) -> list[Array]:
         """The lists of words in an array's group, which may name its columns or its codes."""
@@ -524,7 +540,13 @@ class _ArrayTable:
                 array.path + roles.get(index, "") for index, (array, _) in enumerate(self.parts)
             )
             yield f"Read from {listed(list(names))}."
-        read = [*self.read, self._names]
+        for array in self._wrenches:
+            yield (
+                f"The six columns of '{array.path or 'the array'}' were read as the force and the "
+                f"torque of one sensor, fx to tz; if they are something else, keep a list of their "
+                f"names beside them in the file."
+            )
+        read = [*self.read, self._names, *self._headings]
         others = [array for array in self._arrays if array not in read]
         numbers = [a for a in others if a.is_usable and not a.is_text]
         if numbers:

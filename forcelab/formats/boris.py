@@ -207,6 +207,7 @@ class _ReadObservation:
     started: dict[_State, tuple[str, float]] = field(default_factory=dict)
     left_out: Counter[str] = field(default_factory=Counter)
     remarks: list[str] = field(default_factory=list)
+    problem: str = ""  #: the first one, for which all of it is left out
 
     def add_event(self, where: str, state: _State, time: float, kind: str | None = None) -> None:
         """The start or stop of a state; in projects, which do not tell, it is what is due."""
@@ -218,11 +219,15 @@ class _ReadObservation:
         elif kind == "STOP" and started:
             self.add_state(where, state, self.started.pop(state)[1], time)
         elif kind in ("START", "STOP"):
-            raise _unpaired(where, state, time, "starts" if kind == "STOP" else "stops")
+            self.leave_out(_unpaired(where, state, time, "starts" if kind == "STOP" else "stops"))
         else:
             raise InputError(
                 f"{where}: '{kind[:80]}' is neither START, STOP nor POINT; export it again."
             )
+
+    def leave_out(self, problem: str) -> None:
+        """Note a problem that the coder mends in BORIS; the first one is told."""
+        self.problem = self.problem or problem
 
     def add_state(self, where: str, state: _State, start: float, end: float) -> None:
         """A state, its times as the file has them, with its modifiers in brackets."""
@@ -235,7 +240,8 @@ class _ReadObservation:
         if means_unlabelled(action) or not action:
             return
         if end < start:
-            raise InputError(f"{where}: '{action[:80]}' ends before it starts; mend it in BORIS.")
+            self.leave_out(f"{where}: '{action[:80]}' ends before it starts; mend it in BORIS.")
+            return
         if end == start:
             self.left_out["state without length"] += 1
             return
@@ -258,7 +264,7 @@ class _ReadObservation:
 
     def labels(self, path: Path, options: LabelOptions) -> LabelSet:
         for state, (where, start) in self.started.items():
-            raise _unpaired(where, state, start, "stops")
+            self.leave_out(_unpaired(where, state, start, "stops"))
         subjects = dict.fromkeys(subject for subject, _ in self.states)
         segments: dict[str, list[Segment]] = defaultdict(list)
         for subject, segment in self.states:
@@ -271,16 +277,20 @@ class _ReadObservation:
         try:
             tracks = tuple(Track(author, tuple(parts)) for author, parts in segments.items())
         except InputError as error:
-            raise InputError(
+            self.leave_out(
                 f"'{path}', observation '{self.id[:80]}': {error} Make the behaviors exclude each "
                 f"other."
-            ) from error
+            )
+        if self.problem:
+            tracks = (Track(self.observer or options.author, ()),)
         name = self.id.removesuffix(f" - {self.observer}") if self.observer else self.id
         remarks = (
             *dict.fromkeys(self.remarks),
             *(f"{left_out(number, what)}." for what, number in self.left_out.items()),
         )
-        return LabelSet(name, tracks, self.duration, remarks, self.media, RESOLUTION)
+        return LabelSet(
+            name, tracks, self.duration, remarks, self.media, RESOLUTION, problem=self.problem
+        )
 
 
 def sniff_labels(path: Path, head: bytes) -> bool:
@@ -294,19 +304,25 @@ def sniff_labels(path: Path, head: bytes) -> bool:
 
 
 def read_labels(path: Path, options: LabelOptions) -> list[LabelSet]:
-    """Read the observations that hold events; those of one name and clock are put together."""
+    """Read the observations that hold events; those of one name and clock are put together.
+
+    One with a problem, such as a state that never stops, keeps no other from being read.
+    """
     with path.open("rb") as stream:
         project = stream.read(64).lstrip().startswith((b"{", GZIP))
     observations = _read_project(path) if project else _read_events(path)
     sets: dict[tuple[object, ...], LabelSet] = {}
     for observation in observations:
         labels = observation.labels(path, options)
-        key = labels.name, labels.duration, tuple(labels.media.items())
+        key = labels.name, labels.duration, tuple(labels.media.items()), labels.problem
         if (known := sets.get(key)) is not None:
             remarks = tuple(dict.fromkeys((*known.remarks, *labels.remarks)))
             tracks = (*known.tracks, *labels.tracks)
             labels = replace(labels, tracks=tracks, remarks=remarks)
         sets[key] = labels
+    problems = [labels.problem for labels in sets.values()]
+    if problems and all(problems):
+        raise InputError(problems[0])
     return list(sets.values())
 
 
@@ -353,7 +369,10 @@ def _find_media(observation: _ReadObservation, content: JsonValue) -> None:
     """The media of an observation of a project: one after the other in each player."""
     information = content.member("media_info")
     lengths = information.member("length")
-    for player, files in content.member("file").members():
+    media = content.member("file")
+    if media.value == []:
+        return  # a live observation of BORIS 7
+    for player, files in media.members():
         names = [file.text() for file in files.items()]
         offset = information.member("offset").member(player).number(0.0)
         known = [(name, lengths.member(name).number(0.0)) for name in names]
@@ -482,8 +501,8 @@ def _observer(variables: Mapping[str, str]) -> str:
     return next((v for name in _OBSERVERS if (v := variables.get(name, "").strip())), "")
 
 
-def _unpaired(where: str, state: _State, time: float, missing: str) -> InputError:
-    return InputError(
+def _unpaired(where: str, state: _State, time: float, missing: str) -> str:
+    return (
         f"{where}: '{state[1][:80]}' at {time:g} s never {missing}; pair the state events in BORIS "
         f"(Observations > Check state events)."
     )

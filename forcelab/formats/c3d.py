@@ -183,13 +183,15 @@ def _layout(header: bytes, numbers: _Numbers, parameters: _Parameters, size: int
     words = [int(word) for word in numbers.read(header, "u2")]
     points, measured, first, last = words[1:5]
     times = words[9]
-    scale, rate = numbers.read(header[12:16], "f4")[0], numbers.read(header[40:44], "f4")[0]
+    scale, rate = numbers.read(header[12:16], "f4")[0], numbers.read(header[20:24], "f4")[0]
     rate = _number(parameters, "POINT", "RATE", float(rate))
     if rate == 0 and times:
         rate = _number(parameters, "ANALOG", "RATE", 0) / times
     if not 1e-3 < rate < 1e6:
         raise ValueError(f"{rate:g} frames a second")
     channels = measured // times if times else 0
+    if times > 1 and measured == _number(parameters, "ANALOG", "USED", 0):
+        channels = measured  # The MotionMonitor counts its channels, not the samples of a frame
     frames = last - first + 1
     long = parameters.get(("POINT", "FRAMES"), ())
     if last == 0xFFFF and len(long):  # more than the header has room for
@@ -249,8 +251,9 @@ def _streams(
     if count := layout.channels:
         raw = samples[:, width:].reshape(-1, count)
         (text,) = _listing(parameters, "ANALOG", "FORMAT", 1)
-        unsigned = not layout.real and text.upper() == "UNSIGNED"
-        values = (raw.astype(np.int16).view(np.uint16) if unsigned else raw).astype(np.float64)
+        unsigned = text.upper() == "UNSIGNED"
+        words = unsigned and not layout.real
+        values = (raw.astype(np.int16).view(np.uint16) if words else raw).astype(np.float64)
         offsets = _listing(parameters, "ANALOG", "OFFSET", count, 0)
         scales = _listing(parameters, "ANALOG", "SCALE", count, 1)
         if unsigned:

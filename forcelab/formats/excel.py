@@ -19,10 +19,11 @@ from typing import Any, Final
 
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
+from forcelab.formats import boris
 from forcelab.formats.label_tables import is_label_table
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
 from forcelab.formats.signatures import names_in_zip, naming_damage
-from forcelab.formats.table import make_recording, preview_layout, read_rows
+from forcelab.formats.table import make_recordings, preview_layout, read_rows
 from forcelab.formats.table_columns import choose_roles
 from forcelab.formats.table_sniff import HEAD, Layout, Line, find_layout, is_comment
 from forcelab.jobs import Progress
@@ -61,7 +62,7 @@ def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Rec
                 rows = _blocks(_lines(book[title], layout.dialect.width), layout.skip)
                 # What a sheet says of its size need not be true.
                 table = yield from read_rows(layout, roles, rows, letters=0)
-                recordings.append(make_recording(name, table, options))
+                recordings += make_recordings(name, table, options)
             except InputError as error:
                 failures.append(error)
                 left.append(f"Sheet '{title}' was left out: {error}")
@@ -91,17 +92,25 @@ def _tables(path: Path, book: Any, options: ReadOptions) -> tuple[dict[str, Layo
     """How each sheet to read is filled, by its title, and remarks on the others."""
     layouts: dict[str, Layout] = {}
     left: list[str] = []
+    labels = ""  # the first sheet that holds some
     for sheet in book.worksheets:
         lines = list(islice(_lines(sheet, min(sheet.max_column or 0, _MOST_COLUMNS)), _SAMPLE_ROWS))
         layout = find_layout(lines, separators=("\t",))
-        if is_label_table("\n".join(text for _, text in lines).encode()[:HEAD]):
-            left.append(
-                f"Sheet '{sheet.title}' holds labels (start, end, action) and was left out."
-            )
+        head = "\n".join(text for _, text in lines).encode()[:HEAD]
+        events = boris.sniff_labels(path, head)
+        if events or is_label_table(head):
+            kind = "events of BORIS" if events else "labels (start, end, action)"
+            labels = labels or f"Sheet '{sheet.title}' of '{path}' holds {kind}"
+            left.append(f"Sheet '{sheet.title}' holds {kind} and was left out.")
         elif layout is not None:
             layouts[sheet.title] = layout
         elif lines:
             left.append(f"Sheet '{sheet.title}' holds no rows of numbers and was left out.")
+    if labels and not layouts:
+        raise InputError(
+            f"{labels}, not a recording; save it as CSV or TSV, import the recording, then that "
+            f"file as its labels (forcelab labels; in the window File > Import labels)."
+        )
     if not layouts:
         raise InputError(
             f"'{path}' holds no sheet with rows of numbers; a table needs one sample a row."

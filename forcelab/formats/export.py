@@ -179,7 +179,10 @@ def _tasks(
     tasks = [task for task, _ in items]
     channels = [name for name in items[0][1] if all(name in own for _, own in items)]
     if items[0][1] and not channels:
-        raise InputError("The demonstrations have no channel in common; export a task at a time.")
+        raise InputError(
+            "The demonstrations have no channel in common, and Label Studio shows the same "
+            "channels of all; export those that have the same at a time."
+        )
     vocabulary = _vocabulary(project, {task["data"]["task"] for task in tasks})
     return {
         ".label-studio.json": json.dumps(tasks, indent=1).encode(),

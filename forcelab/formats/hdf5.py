@@ -6,6 +6,7 @@ are left out, and so are soft links, which only repeat what has a place of its o
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager, suppress
@@ -43,6 +44,7 @@ _UNITS: Final = ("units", "unit", "Units", "Unit")
 _SCALES: Final = ("scale_factor", "scale", "gain")
 _OFFSETS: Final = ("add_offset", "offset")
 _MISSING: Final = ("_FillValue", "missing_value")
+_ENVIRONMENT: Final = ("env_args",)
 
 
 def sniff(path: Path, head: bytes) -> bool:  # noqa: ARG001 - as every format
@@ -146,6 +148,12 @@ class Walk:
         properties = data.id.get_create_plist()
         if properties.get_layout() == h5py.h5d.VIRTUAL or properties.get_external_count():
             self.leave(path, "its data lie in other files")
+            return
+        filters = [properties.get_filter(place) for place in range(properties.get_nfilters())]
+        lacking = [name for code, _, _, name in filters if not h5py.h5z.filter_avail(code)]
+        if lacking:
+            kinds = listed([name.decode("ascii", "replace")[:40] for name in lacking])
+            self.leave(path, f"compressed by {kinds}, which h5py has not; write it with gzip")
             return
         try:
             dtype, shape = data.dtype, data.shape
@@ -263,4 +271,13 @@ class Attributes:
 
     def rate(self) -> float | None:
         rate = self.number(tuple(name for name in self._names if is_rate_name(name)))
+        if rate is None:
+            rate = self._control_rate()
         return rate if rate is not None and 1e-9 < rate < 1e9 else None
+
+    def _control_rate(self) -> float | None:
+        """The steps a second of an environment that robomimic describes in JSON, if it does."""
+        for text in self.texts(_ENVIRONMENT):
+            with suppress(ValueError, LookupError, TypeError, RecursionError, OverflowError):
+                return float(json.loads(text)["env_kwargs"]["control_freq"])
+        return None

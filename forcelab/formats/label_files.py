@@ -74,6 +74,7 @@ class LabelSet:
     #: to which times in the file are rounded (s): stored labels no farther from them are the same
     resolution: float = 1e-6
     tiers: tuple[str, ...] = ()  #: what its tiers are called, if it has any
+    problem: str = ""  #: why none of them can be read, as a sentence; its tracks are then empty
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,7 +175,8 @@ def _reader(path: Path) -> _Reader:
         )
     readable = "; ".join(format_.description for format_ in LABEL_FORMATS)
     raise InputError(
-        f"'{path}' looks like {seems_to_be(head)} without labels; what can be read: {readable}."
+        f"'{path}' is no file of labels, but looks like {seems_to_be(head)}; what can be read: "
+        f"{readable}."
     )
 
 
@@ -450,6 +452,7 @@ class _Importer:
     def add(self, path: Path, labels: LabelSet, match: tuple[DemonstrationInfo, str] | str) -> None:
         """Take up the labels of one demonstration."""
         self.remarks[path] += labels.remarks
+        match = labels.problem or match
         if isinstance(match, str):
             for track in labels.tracks:
                 self._report(path, labels, None, track, "left out", match)

@@ -34,6 +34,8 @@ TIME_SERIES, TIMELINE = "timeserieslabels", "timelinelabels"
 LABELLED_BY: Final = "labelled by "
 #: Names of values of a task that hold frames a second.
 _RATES: Final = ("framerate", "frame_rate", "fps")
+#: Seconds, three years: no recording lasts as long, and times since 1970 are larger.
+_LONGEST: Final = 1e8
 
 
 def local_file(path: Path, folder: Path, project: Path) -> str:
@@ -352,11 +354,16 @@ def _is_number(value: object) -> bool:
 
 def _seconds(value: JsonValue) -> float:
     """A time of a time series, which may be a text."""
-    if _is_number(value.value):
-        return float(value.value)
-    if isinstance(value.value, str):
+    is_text = isinstance(value.value, str)
+    if is_text and not _is_number(value.value):
         raise InputError(
             f"{value.where} is {value.value[:40]!a}, no number of seconds; export with times as "
             f"numbers from the start (no timeFormat)."
         )
-    return value.number()
+    seconds = float(value.value) if is_text else value.number()
+    if abs(seconds) > _LONGEST:
+        raise InputError(
+            f"{value.where} is {seconds:.15g}, a time since 1970; label a table whose times are "
+            f"seconds from the start."
+        )
+    return seconds

@@ -57,7 +57,7 @@ def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Rec
             f"'{dataset.path}' has no numbers to read but what is left out; name a feature as a "
             f"signal (--signal)."
         )
-    shared = _remarks(dataset, features, cameras if options.unpack else ())
+    shared = _remarks(dataset, features)
     recordings: list[Recording] = []
     chosen = _chosen(dataset, options)
     pictures = [camera for camera in cameras if camera in dataset.pictures and options.unpack]
@@ -210,7 +210,8 @@ def _videos(
 ) -> tuple[tuple[VideoReference, ...], list[str]]:
     """The video of each camera; its pictures are as many as the frames, or that is said."""
     videos: list[VideoReference] = []
-    remarks = []
+    read_cameras: list[str] = []
+    remarks, faults = [], []
     for camera in cameras if options.unpack is not None else ():
         folder = Path(tempfile.mkdtemp(dir=options.unpack))
         try:
@@ -224,18 +225,23 @@ def _videos(
             sentence = f"There are no pictures of '{camera}': {str(error).removesuffix('.')}."
             if options.strict:
                 raise InputError(sentence) from error
-            remarks.append(sentence)
+            faults.append(sentence)
             continue
+        read_cameras.append(camera)
         if count != episode.length:
             pictures, frames = counted(count, "picture"), counted(episode.length, "frame")
             sentence = f"'{camera}' has {pictures} of an episode of {frames}"
             if options.strict:
                 raise InputError(f"{sentence}; leave it out (--leave-out {camera}).")
-            remarks.append(f"{sentence}.")
+            faults.append(f"{sentence}.")
         name = camera.removeprefix("observation.").removeprefix("images.")
         video_name = name if name not in [video.name for video in videos] else camera
         videos.append(VideoReference(file, ClockMap(first), video_name))
-    return tuple(videos), remarks
+    if names := [camera for camera in read_cameras if camera not in dataset.pictures]:
+        remarks.append(f"The videos of {listed(names)} were cut by episode, as they are.")
+    if names := [camera for camera in read_cameras if camera in dataset.pictures]:
+        remarks.append(f"The pictures of {listed(names)} became videos; PNG was encoded as JPEG.")
+    return tuple(videos), remarks + faults
 
 
 def _write_pictures(
@@ -270,19 +276,13 @@ def _write_pictures(
     return file, video.start, video.count
 
 
-def _remarks(dataset: Dataset, features: Sequence[str], cameras: Sequence[str]) -> list[str]:
+def _remarks(dataset: Dataset, features: Sequence[str]) -> list[str]:
     """What is said of a dataset as a whole."""
     remarks = [f"Channels were read from {listed(features)}."]
     others = [name for name in dataset.numbers if name not in features]
     if others:
         names = listed(others)
         remarks.append(f"Other numbers can be read as signals (--signal): {names}.")
-    cut = [camera for camera in cameras if camera not in dataset.pictures]
-    if cut:
-        remarks.append(f"The videos of {listed(cut)} were cut by episode, as they are.")
-    if len(cut) < len(cameras):
-        names = listed([camera for camera in cameras if camera in dataset.pictures])
-        remarks.append(f"The pictures of {names} became videos; PNG was encoded as JPEG.")
     if dataset.unread:
         remarks.append(f"Nothing was read from {listed(dataset.unread)}.")
     return remarks

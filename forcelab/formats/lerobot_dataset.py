@@ -253,6 +253,8 @@ def _read_info(path: Path) -> dict[str, Any]:
             and all(0 < len(name) <= _LONGEST for name in features)
             and all(isinstance(text, str) for text in (version, info["data_path"]))
         )
+    except json.JSONDecodeError as error:
+        raise InputError(f"'{file}' is not whole JSON ({error}); copy it again.") from error
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(f"'{file}' does not describe a dataset; copy it again.") from error
     if not sound:

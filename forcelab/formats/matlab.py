@@ -14,6 +14,7 @@ from collections.abc import Callable, Generator, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from functools import partial
+from io import BytesIO
 from pathlib import Path
 from typing import Any, Final
 
@@ -45,6 +46,11 @@ _HDF5_AT: Final = 512
 _TYPES_4: Final = frozenset((0, 1, 10, 20, 30, 40, 50, 51))
 #: How deep structs and cells may be nested, and how many arrays a file may hold.
 _DEEPEST, _MOST_ARRAYS = 32, 200_000
+
+_OBJECTS: Final = (
+    "which only MATLAB can read; save them there as numbers or texts, as with cellstr(labels) or "
+    "table2array"
+)
 
 
 def sniff(path: Path, head: bytes) -> bool:
@@ -100,10 +106,8 @@ class _Variables:
         self._left: list[str] = []
 
     def tree(self) -> Tree:
-        from scipy.io import whosmat
-
         _check_packed(self._path)
-        for name, shape, kind in whosmat(self._path):
+        for name, shape, kind in _list_variables(self._path):
             if name.startswith("__"):
                 continue  # the insides of objects and functions
             if kind in {"cell", "struct", "char"}:
@@ -116,10 +120,7 @@ class _Variables:
                 self._arrays.append(Array(name, shape, dtype, partial(self._part, name)))
         remarks = []
         if self._left:
-            remarks.append(
-                f"{listed(self._left)}: left out, which only MATLAB can read; save them there "
-                "as numbers or texts, as with cellstr(labels) or table2array."
-            )
+            remarks.append(f"{listed(self._left)}: left out, {_OBJECTS}.")
         return Tree(self._path, tuple(self._arrays), tuple(remarks))
 
     def _variable(self, name: str) -> Any:
@@ -144,7 +145,7 @@ class _Variables:
                 f"'{self._path}' holds more than {_MOST_ARRAYS:,} arrays, or structs nested deeper "
                 f"than {_DEEPEST}; save a part."
             )
-        value = np.asarray(value)
+        value = np.asanyarray(value)
         plain = type(value) is np.ndarray
         if value.dtype.names and plain:
             for place, element in enumerate(value.reshape(-1, order="F"), start=1):
@@ -164,6 +165,31 @@ class _Variables:
         else:
             text = value.dtype.kind == "U"
             self._arrays.append(array_of(path, np.strings.rstrip(value) if text else value))
+
+
+def _list_variables(path: Path) -> list[tuple[str, tuple[int, ...], str]]:
+    """Name, shape and class of each variable.
+
+    SciPy lists none where one is an object such as a table; of that, read alone, it tells the name.
+    """
+    from scipy.io import loadmat, whosmat
+    from scipy.io.matlab import varmats_from_mat
+
+    try:
+        return list(whosmat(path))
+    except TypeError:
+        with path.open("rb") as file:
+            alone = [single for _, single in varmats_from_mat(file)]
+
+    def describe(single: BytesIO) -> list[tuple[str, tuple[int, ...], str]]:
+        try:
+            return list(whosmat(single))
+        except TypeError:
+            single.seek(0)
+            (opaque,) = loadmat(single)["None"]  # as SciPy calls what has a name of its own
+            return [(opaque["s0"].decode("latin-1"), (), "opaque")]
+
+    return [variable for single in alone for variable in describe(single)]
 
 
 def _as_text(item: Any) -> str | None:
@@ -237,13 +263,13 @@ class _Walk73(hdf5.Walk):
             if kind in {"", "struct"} and "MATLAB_object_decode" not in item.attrs:
                 self.add_group(item, path, depth + 1, rate)
             else:
-                self.leave(path, "which only MATLAB can read")
+                self.leave(path, _OBJECTS)
         elif isinstance(item, h5py.Dataset) and h5py.check_ref_dtype(item.dtype) is h5py.Reference:
             self._add_cell(item, path, depth, rate)
         elif "MATLAB_empty" in item.attrs:
             return
         elif kind in {"cell", "function_handle"} or "MATLAB_object_decode" in item.attrs:
-            self.leave(path, "which only MATLAB can read")
+            self.leave(path, _OBJECTS)
         else:
             super().add_item(item, path, depth, rate)
 

@@ -7,6 +7,7 @@ its fields.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -19,8 +20,8 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.extras import load_extra
 from forcelab.formats.recording import ColumnUse, ReadOptions, Recording
-from forcelab.formats.signatures import naming_damage
-from forcelab.formats.table import TableReader, make_recording, preview_layout, typed_layout
+from forcelab.formats.signatures import lerobot_dataset_of, naming_damage
+from forcelab.formats.table import TableReader, make_recordings, preview_layout, typed_layout
 from forcelab.formats.table_columns import choose_roles
 from forcelab.formats.table_sniff import Layout
 from forcelab.jobs import Progress
@@ -33,6 +34,9 @@ _STREAM_SUFFIXES: Final = frozenset([".arrow", ".arrows", ".feather", ".ipc"])
 _SAMPLE_ROWS, _BLOCK_ROWS = 400, 1 << 16
 #: Numbers of a vector at most; more are a picture.
 _MOST: Final = 64
+#: How pandas writes the name of a column that has several levels: ``('left', 'fx')``.
+_LEVEL: Final = r"'[^']*'|\d+"
+_LEVELS: Final = re.compile(rf"\((?:{_LEVEL})(?:, (?:{_LEVEL}))+\)")
 #: How deep structures may be nested.
 _DEEPEST: Final = 8
 #: Bytes, and times its size, that a file may always take in memory.
@@ -41,9 +45,9 @@ _CURE: Final = "write it again, or copy it again from where it is from"
 
 
 def sniff(path: Path, head: bytes) -> bool:
-    """Whether a file is Parquet or Arrow, as a file or as a stream."""
+    """Whether a file is Parquet or Arrow, as a file or as a stream, and no part of a dataset."""
     stream = head.startswith(_STREAM) and path.suffix.lower() in _STREAM_SUFFIXES
-    return stream or head.startswith((_PARQUET, _ARROW))
+    return (stream or head.startswith((_PARQUET, _ARROW))) and lerobot_dataset_of(path) is None
 
 
 def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Recording]]:
@@ -67,7 +71,7 @@ def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Rec
             reader.read(numbers, {index: columns[index] for index in read_columns})
             first += batch.num_rows
             yield Progress(min(first - 1, rows), rows, f"reading {path.name}")
-    return [make_recording(path.stem, reader.finish(), options, table.remarks)]
+    return make_recordings(path.stem, reader.finish(), options, table.remarks)
 
 
 def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
@@ -290,6 +294,9 @@ def _sources(schema: Any, tops: Collection[int], sample: Any) -> tuple[list[_Sou
             return
         unit = array.type.unit if types.is_duration(array.type) else ""
         start = found[-1].indices.stop if found else 0
+        if _LEVELS.fullmatch(name):
+            levels = [level.strip("'") for level in re.findall(_LEVEL, name)]
+            name = " ".join(filter(None, levels))
         found.append(_Source(top, path, name, unit, width, start))
 
     read = dict(zip(sorted(tops), sample.columns, strict=True))

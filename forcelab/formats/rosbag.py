@@ -156,6 +156,8 @@ def _open_bag(path: Path) -> Iterator[Any]:
     with _naming_damage(path), _plain_databases():
         # Older bags of ROS 2 do not define their messages; the common ones never changed.
         bag = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE))
+        for reader in bag.readers:
+            _skip_unparsed(reader)
         bag.open()
     try:
         with _naming_damage(path):
@@ -168,6 +170,36 @@ def _open_bag(path: Path) -> Iterator[Any]:
         yield bag
     finally:
         bag.close()
+
+
+def _skip_unparsed(reader: Any) -> None:
+    """Have a reader of the library open without definitions that it cannot parse.
+
+    Over one, as of the events of a service, it gives up the whole bag. Without it the bag does not
+    define the topic's type.
+    """
+    from rosbags.interfaces import MessageDefinition, MessageDefinitionFormat
+    from rosbags.typesys import TypesysError, get_types_from_msg
+
+    open_reader, none = reader.open, MessageDefinition(MessageDefinitionFormat.NONE, "")
+
+    def is_parsed(connection: Any) -> bool:
+        kind, text = connection.msgdef
+        if kind == MessageDefinitionFormat.MSG:
+            try:
+                get_types_from_msg(text, connection.msgtype)
+            except TypesysError:
+                return False
+        return True
+
+    def open_parsed() -> None:
+        open_reader()
+        reader.connections[:] = [
+            connection if is_parsed(connection) else connection._replace(msgdef=none, digest="")
+            for connection in reader.connections
+        ]
+
+    reader.open = open_parsed
 
 
 #: Bytes of metadata; a topic takes one or two thousand.
@@ -326,11 +358,18 @@ def _survey(bag: Any) -> tuple[list[Topic], list[str]]:
         else:
             count = sum(c.msgcount for c in connections)
             with _naming_damage(bag.paths[0]):
-                for _, _, raw in itertools.islice(bag.messages(connections=connections), 1):
-                    message = bag.deserialize(raw, kind)
-                    topics.append(
-                        describe_topic(name, message, definitions, size=len(raw), count=count)
+                first = next(iter(bag.messages(connections=connections)), None)
+                if first is None:
+                    # The library finds those only whose quality of service both tell alike.
+                    unreadable.append(
+                        f"{name} (its {counted(count, 'message')} not found by the metadata: write "
+                        "it anew with ros2 bag reindex)"
                     )
+                    continue
+                message = bag.deserialize(first[2], kind)
+            topics.append(
+                describe_topic(name, message, definitions, size=len(first[2]), count=count)
+            )
     return topics, unreadable
 
 

@@ -11,6 +11,7 @@ import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib import import_module
+from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
@@ -34,7 +35,12 @@ _STARTS: Final[tuple[tuple[bytes, str], ...]] = (
     (b"\x93NUMPY", "a NumPy array"),
     (b"\x89HDF\r\n\x1a\n", "an HDF5 file"),
     (b"MATLAB 5.0 MAT-file", "a MATLAB file"),
-    (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "an old Excel or Word file"),
+    (
+        b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1",
+        "an old Excel or Word file, whose tables can be saved as .xlsx or CSV",
+    ),
+    (b"FEA1", "a Feather file of version 1 (pandas writes it again by to_feather or to_parquet)"),
+    (b"PathFileType", "a TRC file, which holds markers only (forces are in a MOT, STO or C3D)"),
     (b"\x1aE\xdf\xa3", "a Matroska or WebM video"),
     (b"OggS", "an Ogg recording"),
     (b"fLaC", "a FLAC recording"),
@@ -45,6 +51,7 @@ _STARTS: Final[tuple[tuple[bytes, str], ...]] = (
     (b"\x28\xb5\x2f\xfd", "a Zstandard file, which must be unpacked first"),
     (b"\x7fELF", "a program"),
     (b"PK\x05\x06", "an empty zip file"),
+    (b"version https://git-lfs.", "a pointer of Git LFS (git lfs pull fetches the file)"),
     (b"<?xml", "an XML document"),
     (b"<!DOCTYPE html", "a web page"),
     (b"<html", "a web page"),
@@ -72,6 +79,14 @@ def is_lerobot_folder(path: Path) -> bool:
 def lerobot_folder(path: Path) -> Path:
     """The dataset's folder, which its ``meta/info.json`` stands for."""
     return path.parent.parent if path.parts[-2:] == ("meta", "info.json") else path
+
+
+def lerobot_dataset_of(path: Path) -> Path | None:
+    """The LeRobot dataset to whose data, videos or metadata a file belongs, if it does."""
+    for inner, folder in pairwise(path.absolute().parents):
+        if inner.name in ("data", "videos", "meta") and is_lerobot_folder(folder):
+            return folder
+    return None
 
 
 def announced_kind(head: bytes) -> str:

@@ -12,6 +12,7 @@ from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -74,7 +75,7 @@ from forcelab.formats.timestamps import (
 from forcelab.formats.track_text import plain_text
 from forcelab.jobs import Progress
 from forcelab.labels import UNLABELLED, Track, from_codes
-from forcelab.text import counted, listed, were
+from forcelab.text import counted, listed, unique_names, were
 
 #: Suffixes of files that are tables, whatever they hold.
 _SUFFIXES = frozenset([".csv", ".tsv"])
@@ -122,7 +123,80 @@ def read(path: Path, options: ReadOptions) -> Generator[Progress, None, list[Rec
     remarks = []
     if layout.sections and any(lines(path, layout.encoding, int(table.lines[-1]))):
         remarks.append("More tables follow in the file; only the first one was read.")
-    return [make_recording(path.stem, table, options, remarks)]
+    return make_recordings(path.stem, table, options, remarks)
+
+
+def make_recordings(
+    name: str, table: Table, options: ReadOptions, more_remarks: Sequence[str] = ()
+) -> list[Recording]:
+    """The demonstrations in a table: one, or one for each value of columns that tell them apart.
+
+    They do where times begin again whenever they change, and only there.
+    """
+    starts, columns = _restarts(table)
+    if not columns:
+        return [make_recording(name, table, options, more_remarks)]
+    titles = listed([f"'{table.layout.columns[index].name}'" for index in columns])
+    remark = f"Times begin again with {titles}, so that the file holds {len(starts)} recordings."
+    parts = [slice(start, end) for start, end in pairwise([*starts, len(table.ragged)])]
+    names = unique_names([f"{name} {_values(table, columns, part.start)}" for part in parts])
+    return [
+        make_recording(
+            own, _part(table, part, columns), options, [*more_remarks, remark], beside=False
+        )
+        for own, part in zip(names, parts, strict=True)
+    ]
+
+
+#: So many recordings may be in one table.
+_MOST_PARTS = 10_000
+
+
+def _restarts(table: Table) -> tuple[list[int], list[int]]:
+    """The rows at which a table's recordings begin, and the columns that tell these apart."""
+    roles, starts = table.roles, [0]
+    stamps = table.times.values if table.times is not None else np.empty(0)
+    for row in (np.flatnonzero(np.diff(stamps) < 0) + 1)[:_MOST_PARTS].tolist():
+        # Not where times only jitter.
+        if stamps[row - 1] - stamps[row] > 0.5 * (stamps[row - 1] - stamps[starts[-1]]):
+            starts.append(row)
+    several = min(np.diff([*starts, stamps.size]), default=0) > 1  # samples in each of them
+    if len(starts) == 1 or not several:
+        return [0], []
+    taken = {roles.label, *roles.authors, roles.counter, roles.nanoseconds}
+    columns = {index: text.codes for index, text in table.words.items()} | table.values
+    telling, changes = [], np.empty(0, np.intp)
+    for index in sorted(columns.keys() - taken):
+        own = np.flatnonzero(columns[index][1:] != columns[index][:-1]) + 1
+        if 0 < own.size < len(starts) and np.isin(own, starts).all():
+            telling.append(index)
+            changes = np.union1d(changes, own)
+    return (starts, telling) if changes.size == len(starts) - 1 else ([0], [])
+
+
+def _values(table: Table, columns: Sequence[int], row: int) -> str:
+    """What tells a recording from the others in its table, such as ``Ann trial 2``."""
+    return " ".join(
+        text.words[text.codes[row]]
+        if (text := table.words.get(index))
+        else f"{table.layout.columns[index].name} {table.values[index][row]:g}"
+        for index in columns
+    )
+
+
+def _part(table: Table, rows: slice, columns: Sequence[int]) -> Table:
+    """One of the recordings in a table, without the columns that tell which one it is."""
+    assert table.times is not None
+    return replace(
+        table,
+        roles=replace(table.roles, left_out=table.roles.left_out.union(columns)),
+        numbers=table.numbers[rows],
+        words={index: text.part(rows) for index, text in table.words.items()},
+        lines=np.array(table.lines)[rows],
+        ragged=table.ragged[rows],
+        times=replace(table.times, values=table.times.values[rows]),
+        telling=frozenset(columns),
+    )
 
 
 def make_recording(
@@ -194,6 +268,8 @@ class Table:
     lines: NDArray[np.int64] | range  #: 1-based line of each row
     ragged: NDArray[np.bool_]  #: rows with another number of cells: all their samples are missing
     times: RawTimestamps | None = None  #: of the column of times
+    #: Columns that tell it from others in its file, as a remark says; they are left out.
+    telling: frozenset[int] = frozenset()
 
     @cached_property
     def values(self) -> dict[int, NDArray[np.float64]]:
@@ -219,7 +295,10 @@ class Table:
         return min(counters, default=None) if self.roles.counter is None else self.roles.counter
 
     def use(self, index: int) -> tuple[Use, str]:
-        """What a column is used for, and why it becomes no channel; empty where that is plain."""
+        """What a column is used for, and why it becomes no channel; empty where that is plain.
+
+        The reason may be that of several columns.
+        """
         column, roles, words = self.layout.columns[index], self.roles, self.words.get(index)
         use: Use = "left out"
         why = ""
@@ -232,24 +311,29 @@ class Table:
         elif words is not None and words.empty and not column.named:
             pass  # what a separator at the end of each row makes
         elif index in roles.left_out:
-            why = "as chosen"
+            why = "" if index in self.telling else "as chosen"
         elif index in roles.other_times or index in roles.probabilities:
-            why = (
-                "it has times, too" if index in roles.other_times else "a prediction's probability"
-            )
+            other_times = index in roles.other_times
+            why = self._time_source() if other_times else "a model's probabilities"
         elif index in self.counters:
             use = "counter"
             if index != roles.counter and not (column.named and is_counter_name(column.name)):
-                why = "its steps count samples; if it is a signal, import it as one (--signal)"
+                why = "sample counts, by their steps; import what is a signal as one (--signal)"
             elif index != self.counter:  # of which a remark says that it places the rows
-                why = "it counts the samples"
+                why = "sample counts"
         elif words is not None:
             why = "empty" if words.empty else "words, not numbers"
         elif is_index(column, self.layout.cells(index), self.values[index]):
-            why = "it only counts the rows"
+            why = "row numbers"
         else:
             use = "signal"
         return use, why
+
+    def _time_source(self) -> str:
+        """Why further columns of times become nothing."""
+        if self.roles.time is None:
+            return "times are no signals"
+        return f"times were read from '{self.layout.columns[self.roles.time].name}'"
 
     def ragged_remarks(self, strict: bool) -> tuple[str, ...]:
         """A remark on rows with another number of cells; refused if strict."""
@@ -714,15 +798,27 @@ def preview_layout(
     layout: Layout, options: ReadOptions, roles: ColumnRoles | None = None
 ) -> tuple[ColumnUse, ...]:
     """What the columns of a table would be read as, from its first rows."""
-    table = _sample_table(layout, roles or choose_roles(layout, options))
+    roles = roles or choose_roles(layout, options)
+    table = _sample_table(layout, roles)
+    uses = [table.use(index)[0] for index in range(len(layout.columns))]
+    empty = [
+        index
+        for index, column in enumerate(layout.columns)
+        if layout.kinds[index] is CellType.MISSING
+        and (column.named and not column.unit)
+        and index not in roles.left_out | roles.signals
+    ]
+    if "labels" not in uses and len(empty) == 1:
+        # Words that come later will be labels, as most recordings begin without one.
+        uses[empty[0]] = "labels"
     return tuple(
         ColumnUse(
             column.name,
             column.unit,
-            table.use(index)[0],
+            use,
             tuple(cell.strip() for cell in layout.cells(index)[:3]),
         )
-        for index, column in enumerate(layout.columns)
+        for index, (column, use) in enumerate(zip(layout.columns, uses, strict=True))
     )
 
 

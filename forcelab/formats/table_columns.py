@@ -65,6 +65,12 @@ class TextColumn:
         self._blocks.clear()
         self.words = [word.strip() for word in self._index]
 
+    def part(self, rows: slice) -> TextColumn:
+        """Some rows of the column, once it is closed."""
+        result = TextColumn()
+        result.codes, result.words = self.codes[rows], self.words
+        return result
+
     @property
     def empty(self) -> bool:
         """Whether every cell is empty or a word for a missing sample."""

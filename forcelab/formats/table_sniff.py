@@ -34,12 +34,14 @@ MISSING = (
 _POINT_NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 _COMMA_NUMBER = re.compile(r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 
-#: ISO 8601 date and time, one with its day first and points (31.05.2024 12:00:00), or a time of the
-#: day alone, in 24 hours or with AM or PM, before which some write a narrow blank. Of the named
-#: groups the date's are either all of one of the two or none.
+#: ISO 8601 date and time, also as rosbag_to_csv writes it (2024/05/31/12:00:00), one with its day
+#: first and points (31.05.2024 12:00:00), or a time of the day alone, in 24 hours or with AM or PM,
+#: before which some write a narrow blank, or one that has passed, as pandas writes it (0 days
+#: 00:00:01.5). Of the named groups the date's are either all of one of the two or none.
 STAMP = re.compile(
-    r"(?:(?P<year>\d{4})[-/](?P<month>\d\d?)[-/](?P<day>\d\d?)(?:T|\s+)"
-    r"|(?P<first_day>\d\d?)\.(?P<then_month>\d\d?)\.(?P<last_year>\d{4}),?\s+)?"
+    r"(?:(?P<year>\d{4})[-/](?P<month>\d\d?)[-/](?P<day>\d\d?)(?:[T/]|\s+)"
+    r"|(?P<first_day>\d\d?)\.(?P<then_month>\d\d?)\.(?P<last_year>\d{4}),?\s+"
+    r"|(?P<days>\d+) days? )?"
     r"(?P<hour>\d\d?):(?P<minute>\d\d)(?::(?P<second>\d\d)(?:[.,](?P<fraction>\d+))?)?"
     r"(?:[\s\u00a0\u202f]*(?P<half>[AP])\.?M\.?)?\s*(?P<zone>Z|UTC|[+-]\d\d(?::?\d\d)?)?",
     re.ASCII | re.IGNORECASE,
@@ -207,7 +209,7 @@ def _words(name: str) -> list[str]:
 def is_time_name(name: str) -> bool:
     """Whether a column's name says that it holds stamps, such as ``t``, ``time_ms``, ``Zeit``."""
     words = _words(name)
-    if len(words) > 1 and words[-1] in SECONDS_IN:
+    if len(words) > 1 and (words[-1] in SECONDS_IN or words[-1].isdecimal()):
         words.pop()
     if len(words) == 1 and words[0] in SECONDS_IN.keys() - _NO_NAMES:
         return True
@@ -500,6 +502,13 @@ _MOSTLY = 0.8
 _VICON = re.compile(r"\s*Frame\s*[,;\t]\s*Sub Frame\b", re.IGNORECASE)
 #: How LabVIEW's measurement files begin, and how each of their headers ends.
 _LABVIEW, _LABVIEW_END = "LabVIEW Measurement", "***End_of_Header***"
+#: How the header of OpenSim's files (MOT, STO) ends, and the units of what is called so there.
+_OPENSIM_END = "endheader"
+_OPENSIM_UNITS = (
+    (re.compile(r".*force.*_v[xyz]", re.IGNORECASE), "N"),
+    (re.compile(r".*force.*_p[xyz]", re.IGNORECASE), "m"),  # where it acts
+    (re.compile(r".*(?:torque|moment).*_m?[xyz]", re.IGNORECASE), "Nm"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -568,14 +577,18 @@ def find_layout(
     rows, rate = _vicon_table(rows)
     sections = rate is not None
     plain = [row for row in rows if not is_comment(row[1])]
+    # The numbers and quotes in headers of LabVIEW and Vicon tell nothing of the rows below.
+    below = [
+        k + text.startswith(_LABVIEW_END)
+        for k, (_, text) in enumerate(plain)
+        if text.startswith(_LABVIEW_END) or _VICON.match(text)
+    ]
+    plain = plain[below[-1] if below else 0 :]
     texts = [text for _, text in plain]
-    # The numbers and quotes in LabVIEW's headers tell nothing of the rows below.
-    below = max((k for k, text in enumerate(texts, 1) if text.startswith(_LABVIEW_END)), default=0)
-    dialect = detect(texts[below:], separators)
+    dialect = detect(texts, separators)
     if dialect is None:
         return None
-    table = [text.split(dialect.separator) for text in texts[:below]]
-    table += dialect.split(texts[below:])
+    table = dialect.split(texts)
     complete = [row for row in table if len(row) == dialect.width]
     kinds = column_kinds(complete[len(complete) // 2 :], dialect)
     fits = [_is_data(row, kinds, dialect) for row in table]
@@ -587,8 +600,12 @@ def find_layout(
     above = [line for line in rows if line[0] < plain[first][0] and line[1].strip()]
     if above and above[0][1].startswith(_LABVIEW):
         header, units, used, rate = _labview_header(above, dialect)
+    elif _VICON.match(plain[0][1]) and first == 2 and len(table[0]) == len(table[1]) == len(kinds):
+        header, units, used = table[0], table[1], 2  # some channels are called by a number
     else:
         header, units, used = _header(above, dialect, kinds, sample)
+        if not units and any(text.strip() == _OPENSIM_END for _, text in above):
+            units = [_opensim_unit(name) for name in header]
     columns, remarks = name_columns(header or [""] * dialect.width, units)
     if not header:
         remarks = ("There is no header; the columns are called by their numbers.", *remarks)
@@ -601,12 +618,17 @@ def find_layout(
 
 
 def _vicon_table(rows: Sequence[Line]) -> tuple[Sequence[Line], float | None]:
-    """Of a Vicon export the lines of its first table, and its samples a second on line 2."""
-    first = next((k for k, (_, text) in enumerate(rows[:10]) if _VICON.match(text)), None)
+    """Of a Vicon export the lines of its first table, and its samples a second.
+
+    They are the number nearest above its names: before it there may be one of events, with the
+    frames a second of the cameras.
+    """
+    first = next((k for k, (_, text) in enumerate(rows) if _VICON.match(text)), None)
     if first is None:
         return rows, None
     texts = [text for _, text in rows]
-    rate = _positive(texts[1].strip(" ,;\t")) if first > 1 else None
+    rates = (_positive(text.strip(" ,;\t")) for text in reversed(texts[:first]))
+    rate = next(filter(None, rates), None)
     return rows[: _first_blank(texts, first)], rate
 
 
@@ -630,6 +652,11 @@ def _labview_header(
     names = ["time" if name.strip() == "X_Value" else name for name in names[: dialect.width]]
     units = ["s" if name == "time" else unit for name, unit in zip(names, units, strict=True)]
     return names, units, len(above) - last - 1, rate
+
+
+def _opensim_unit(name: str) -> str:
+    """The unit of a force, of where it acts or of a torque, by its name; empty of all else."""
+    return next((unit for names, unit in _OPENSIM_UNITS if names.fullmatch(name.strip())), "")
 
 
 def _positive(text: str) -> float | None:
@@ -673,11 +700,35 @@ def _header(
         last -= 1
     if last < 0 or not split[last]:
         return [], [], 0
-    words = [cell.strip() for cell in split[last]]
-    units = [word.strip("[](){}").strip() for word in words]
-    if last > 0 and split[last - 1] and all(not unit or is_unit(unit) for unit in units):
-        return split[last - 1], words, len(above) - last + 1
-    return split[last], [], len(above) - last
+    names, units, first = [cell.strip() for cell in split[last]], list[str](), last
+    if last > 0 and (higher := split[last - 1]):
+        if all(not (unit := name.strip("[](){} ")) or is_unit(unit) for name in names):
+            names, units, first = higher, names, last - 1
+        elif 2 * names.count("") >= len(names) and not any(
+            not name and not high.strip() for name, high in zip(names, higher, strict=True)
+        ):
+            # As pandas writes columns of several levels, the index has its name on a line below.
+            names = [name or high for name, high in zip(names, higher, strict=True)]
+            first = last - 1
+    if first > 0 and (grouped := _grouped_names(names, split[first - 1])):
+        names, first = grouped, first - 1
+    return names, units, len(above) - first
+
+
+def _grouped_names(names: Sequence[str], groups: Sequence[str]) -> list[str]:
+    """Names of which some repeat, those behind their group's; none where that does not mend it.
+
+    A group's name stands above each of its columns, or above the first one alone.
+    """
+    counts = Counter(name.strip() for name in names)
+    group, result = "", []
+    for name, cell in zip(names, groups, strict=False):
+        group = cell.strip() or group
+        result.append(f"{group} {name}".strip() if name and counts[name.strip()] > 1 else name)
+    named = [name for name in result if name]
+    # In a Vicon export these are long: what the device is called, and how it is connected.
+    vicon = {"frame", "sub frame"} <= {name.lower() for name in names}
+    return [] if result == list(names) or vicon or len(set(named)) < len(named) else result
 
 
 def _header_cells(

@@ -42,7 +42,7 @@ def read_labels(path: Path, options: LabelOptions) -> list[LabelSet]:
     if path.stat().st_size > LONGEST:
         raise InputError(f"'{path}' is larger than any TextGrid of labels; check what it is.")
     content = _Content(path)
-    if content.text() != "ooTextFile" or content.text() != "TextGrid":
+    if content.text() not in {"ooTextFile", "ooTextFile short"} or content.text() != "TextGrid":
         raise InputError(f"'{path}' is no TextGrid; open it in Praat and save it as text.")
     _, end = content.interval()
     count = content.count() if content.flag() == "exists" else 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from forcelab.errors import InputError
@@ -33,6 +33,8 @@ class Tier:
 
 #: What ELAN calls the tier of a new file.
 UNNAMED = "default"
+#: Seconds by which annotations overlap only because their times were rounded.
+_ROUNDING = 1e-6
 
 
 def tracks_of_tiers(
@@ -74,12 +76,15 @@ def tracks_of_tiers(
     if texts:
         remarks.append(f"{left_out(texts, 'text')}, as the tiers are the actions.")
     for author, segments in rows.items():
-        for (left, first), (right, second) in pairwise(sorted(segments)):
-            if right.start < left.end:
+        segments.sort()
+        for place, ((left, first), (right, second)) in enumerate(pairwise(segments)):
+            if left.end - _ROUNDING <= right.start < left.end and left.start < right.start:
+                segments[place] = (replace(left, end=right.start), first)
+            elif right.start < left.end:
                 where = f"tier '{first}'" if first == second else f"tiers '{first}' and '{second}'"
                 raise InputError(
-                    f"In {where} of {author}, '{left.action}' ends at {left.end:.6g} s and "
-                    f"'{right.action}' starts at {right.start:.6g} s; an author's labels may not "
+                    f"In {where} of {author}, '{left.action}' ends at {left.end:.9g} s and "
+                    f"'{right.action}' starts at {right.start:.9g} s; an author's labels may not "
                     "overlap: move an edge, or read the tiers as the other kind."
                 )
     tracks = (

@@ -217,7 +217,8 @@ class TimestampReader:
             raise NotANumberError(index, cell)
         if half:
             hour = hour % 12 + (12 if half in "pP" else 0)
-        seconds = (day or 0) * _DAY - self._base + hour * 3600 + minute * 60 + second
+        days = int(match["days"] or day or 0)
+        seconds = days * _DAY - self._base + hour * 3600 + minute * 60 + second
         zone = match["zone"]
         if zone and zone[0] in "+-":
             minutes = int(zone[1:3]) * 60 + int(zone[3:].lstrip(":") or 0)
@@ -240,6 +241,8 @@ class TimestampReader:
 #: Shares and factors of the rules above.
 _FAR_LENGTHS, _FAR_SHARE, _FAR_ROWS = 1000.0, 0.05, 5
 _BURST_SHARE, _BURST_SLACK = 0.8, 0.1
+#: Share of rows whose stamps repeat from which on a clock was too coarse for them.
+_MANY_REPEATS = 0.1
 _BACK_SHARE = 0.1
 
 
@@ -396,7 +399,9 @@ def _treat_repeats(rows: _Rows, jitter: float, bursts: bool) -> None:
         verb = "repeats" if repeats.sum() == 1 else "repeat"
         rows.drop(
             repeats,
-            f"{{rows}} {verb} the stamp before; the first {rows.row} of each stamp was kept",
+            f"{{rows}} {verb} the stamp before; the first {rows.row} of each stamp was kept"
+            + ", and all are if stamps may jitter (--jitter)"
+            * bool(repeats.mean() > _MANY_REPEATS),
         )
         return
     rows.report(
@@ -455,7 +460,7 @@ def _sort_backward(rows: _Rows, per_second: float, jitter: float) -> None:
             f"{moved[worst]:.3g} s, more than the jitter of {jitter:g} s; allow more, or split the "
             "file where a new recording starts."
         )
-    back_by = -float(np.diff(rows.values).min()) / per_second
+    back_by = abs(float(np.diff(rows.values).min())) / per_second
     rows.report(
         f"{counted(int((~alone).sum()), rows.row)} with stamps that repeat or run backwards, by "
         f"up to {back_by:.3g} s, were spread evenly between their neighbours, which moved none by "

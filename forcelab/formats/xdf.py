@@ -42,6 +42,8 @@ _MOST_CHANNELS: Final = 10_000
 _MOST_HEADER: Final = 1 << 24
 #: Seconds between two stamps that end an even run of samples.
 _BREAK: Final = 1.0
+#: Seconds by which a packet may be late; beyond that a clock was set back.
+_LONGEST_BURST: Final = 10.0
 _CURE: Final = "copy it again from where it is from"
 
 
@@ -142,7 +144,12 @@ def _stream(name: str, stream: Any) -> tuple[Stream, str]:
     rate = float(_text(info, "nominal_srate"))
     if rate > 0 and times.size > 2 and np.isfinite(times).all():
         even = _even_times(times, rate)
-        if even is None:
+        if even is None and (even := _spread_bursts(times, rate)) is not None:
+            remark = (
+                "its stamps come in bursts, which were spread at its rate, by up to "
+                f"{float((times - even).max()):.3g} s."
+            )
+        elif even is None:
             remark = "samples are missing between its stamps, which were kept as they are."
         elif (moved := float(np.abs(even - times).max())) > 1e-6:
             remark = (
@@ -172,6 +179,22 @@ def _even_times(times: NDArray[np.float64], rate: float) -> NDArray[np.float64] 
         if farthest_drift(times[run] - even[run], window) > slope:
             return None
     return even
+
+
+def _spread_bursts(times: NDArray[np.float64], rate: float) -> NDArray[np.float64] | None:
+    """The latest stamps at most `rate` a second that are no later than some; None if no bursts.
+
+    A device that sends packets, as by Bluetooth, has its samples stamped when they arrive, so that
+    most steps are far too short, or packets overlap.
+    """
+    steps = np.diff(times)
+    if np.median(steps) > 0.5 / rate and (steps > 0).all():
+        return None
+    places = np.arange(times.size, dtype=np.float64) * min(
+        1 / rate, float(times[-1] - times[0]) / steps.size
+    )
+    spread: NDArray[np.float64] = places + np.minimum.accumulate((times - places)[::-1])[::-1]
+    return spread if float((times - spread).max()) <= _LONGEST_BURST else None
 
 
 def _whole_part(file: BinaryIO) -> tuple[int, str]:

@@ -16,9 +16,7 @@ from types import FrameType
 
 import shiboken6
 from PySide6.QtCore import (
-    QBuffer,
     QEventLoop,
-    QIODevice,
     QMessageLogContext,
     QSize,
     QSocketNotifier,
@@ -33,6 +31,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from forcelab.errors import InputError
 from forcelab.gui import theme
 from forcelab.gui.exception_hook import ExceptionHook
+from forcelab.gui.figures.figure import encode_png
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.layout import resize_on_screen
 from forcelab.gui.preferences import TEXT_SIZE, THEME
@@ -52,7 +51,7 @@ POLL_MS = 20
 #: Seconds that the process waits, without a window, for threads that have not ended with it.
 SHUTDOWN_TIMEOUT = 5.0
 #: How long nothing may have changed before the window counts as settled, in seconds.
-SETTLE_ROUNDS = 0.25
+QUIET_SECONDS = 0.25
 
 
 def run(options: LaunchOptions) -> int:
@@ -200,7 +199,7 @@ def settle(window: Window, patience: float, dialog: QWidget | None = None) -> No
     deadline = time.monotonic() + patience
     quiet_since = time.monotonic()
     # Asked once more, as a busy machine may have let the quiet time pass in one sleep.
-    while not complete() or time.monotonic() - quiet_since < SETTLE_ROUNDS:
+    while not complete() or time.monotonic() - quiet_since < QUIET_SECONDS:
         QApplication.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, 20)
         if not complete():
             quiet_since = time.monotonic()
@@ -228,10 +227,7 @@ def draw(window: Window, options: LaunchOptions, path: Path) -> None:
         image = _image(window, options, path)
     finally:
         window.close()
-    buffer = QBuffer()
-    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
-    image.save(buffer, "PNG")
-    write_atomically(path, bytes(buffer.data().data()))
+    write_atomically(path, encode_png(image.toImage()))
 
 
 def _image(window: Window, options: LaunchOptions, path: Path) -> QPixmap:

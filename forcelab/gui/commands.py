@@ -25,9 +25,10 @@ class Command:
     needs: str = ""
 
 
-#: What a command can need: an open project, one that can be written, one with demonstrations; an
-#: open demonstration that can be seen, one in a project that can be written.
-NEEDS = frozenset({"project", "write", "listed", "view", "edit"})
+#: What a command can need: an open project, one that can be written, that or none (which is then
+#: made), one with demonstrations; an open demonstration that can be seen, one in a project that can
+#: be written.
+NEEDS = frozenset({"project", "write", "write or new", "listed", "view", "edit"})
 
 
 def _group(name: str, *rows: tuple[str, ...]) -> tuple[Command, ...]:
@@ -55,7 +56,7 @@ _FILE = _group(
     ("new_project", "New project…", "Ctrl+N"),
     ("open_project", "Open project…", "Ctrl+O"),
     (),
-    ("import", "Import demonstrations…", "Ctrl+I", "write"),
+    ("import", "Import demonstrations…", "Ctrl+I", "write or new"),
     ("import_labels", "Import labels…", "", "write"),
     ("export_labels", "Export labels…", "", "listed"),
     ("save", "Save (automatic)", "Ctrl+S", "project"),

@@ -72,13 +72,8 @@ def _paint_group(painter: QPainter, option: QStyleOptionViewItem, group: TaskGro
     count = f"{group.finished}/{len(group.rows)}"
     small = smaller(option.font)
     room = QFontMetricsF(small).horizontalAdvance(count)
-    draw_line(
-        painter,
-        QRectF(right - room - 1, box.top(), room + 1, box.height()),
-        count,
-        small,
-        theme.muted,
-    )
+    where = QRectF(right - room - 1, box.top(), room + 1, box.height())
+    draw_line(painter, where, count, small, theme.muted)
     name = group.task or "No task"
     where = QRectF(left, box.top(), right - room - GAP * height - left, box.height())
     draw_line(painter, where, name, font, theme.text, elide=NAMES)
@@ -114,18 +109,9 @@ def _paint_row(
     where = QRectF(bar.right() + GAP * height, line.top(), digits + 1, line.height())
     ink = theme.text if row.share else theme.muted
     draw_line(painter, where, f"{percent(row.share)} %", small, ink, Qt.AlignmentFlag.AlignRight)
-    names = ", ".join(name for name, _ in row.others)
-    if row.blind:
-        names = "others hidden"
-    start = where.right() + 1.5 * GAP * height
-    draw_line(
-        painter,
-        QRectF(start, line.top(), right - start, line.height()),
-        names,
-        small,
-        theme.muted,
-        elide=Qt.TextElideMode.ElideRight,
-    )
+    names = "others hidden" if row.blind else ", ".join(name for name, _ in row.others)
+    line.setLeft(where.right() + 1.5 * GAP * height)
+    draw_line(painter, line, names, small, theme.muted)
 
 
 def _marks(row: DemonstrationRow, theme: Colours) -> list[tuple[str, str]]:

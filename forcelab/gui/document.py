@@ -207,7 +207,7 @@ class Document(QObject):
             demonstration = self.project.demonstrations.load(id_)
             if demonstration.id == self.id:
                 return True
-            editor = self._editor_of(self.project, demonstration.id, self.author)
+            editor = TrackEditor(self.project, demonstration.id, self.author, self._perform_edit)
             labels = self._visible_labels(self.author, demonstration)
             self.finish_stroke(leaving=True)
             if self.id:  # what was painted in the previous one enters the list only now
@@ -236,7 +236,7 @@ class Document(QObject):
             return
         if self.project is not None and self.demonstration is not None:
             with self._reporting_errors(tried=True) as errors:
-                editor = self._editor_of(self.project, self.id, name)
+                editor = TrackEditor(self.project, self.id, name, self._perform_edit)
                 labels = self._visible_labels(name, self.demonstration)
             if errors:  # the coder shown must be the one whose labels are shown
                 return
@@ -398,12 +398,11 @@ class Document(QObject):
     def other_authors(self) -> tuple[str, ...]:
         """Whose tracks exist besides the coder's; none while coding blind."""
         authors: list[str] = []
-        if self.project is not None and self.id:
-            with self._reporting_errors():
-                if not self.coding_blind:
-                    authors += (track.author for track in self.project.tracks.of(self.id))
-                    if self.review.run is not None and self.review.reviewed is not None:
-                        authors.append(self.review.run.proposer)
+        with self._reporting_errors():
+            if self.project is not None and self.id and not self.coding_blind:
+                authors += (track.author for track in self.project.tracks.of(self.id))
+                if self.review.run is not None and self.review.reviewed is not None:
+                    authors.append(self.review.run.proposer)
         return tuple(author for author in authors if author != self.author)
 
     def set_hidden_authors(self, authors: frozenset[str]) -> None:
@@ -582,9 +581,6 @@ class Document(QObject):
 
     # The coder's track
 
-    def _editor_of(self, project: Project, id_: str, author: str) -> TrackEditor:
-        return TrackEditor(project, id_, author, self._perform_edit)
-
     def _edit_track(self, editor: TrackEditor) -> None:
         """Edit another track from now on; emits no signal."""
         self.editor = editor
@@ -709,8 +705,7 @@ class Document(QObject):
 
     def begin_stroke(self, action: str, at: float) -> None:
         """Begin a segment that :meth:`end_stroke` ends."""
-        low, high = self.view.bounds
-        self.stroke = Stroke(action, min(max(at, low), high))
+        self.stroke = Stroke(action, self.view.within(at))
         self.stroke_changed.emit()
 
     def end_stroke(self, at: float) -> bool:
@@ -721,8 +716,7 @@ class Document(QObject):
         if self.stroke is None:
             return False
         stroke, self.stroke = self.stroke, None
-        low, high = self.view.bounds
-        at = min(max(at, low), high)
+        at = self.view.within(at)
         self.stroke_changed.emit()
         if at == stroke.start:
             self.refuse("A segment needs time: move the cursor before you end it.", on_track=True)

@@ -30,7 +30,7 @@ from PySide6.QtCore import (
     qInstallMessageHandler,
     qVersion,
 )
-from PySide6.QtGui import QFontDatabase, QGuiApplication
+from PySide6.QtGui import QFontDatabase
 from PySide6.QtWidgets import (
     QDialog,
     QHBoxLayout,
@@ -44,7 +44,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.errors import ForcelabError
-from forcelab.gui.layout import copyable, emphasise, fill_layout, push_button
+from forcelab.gui.layout import copy_button, emphasise, fill_layout, push_button, sentence_label
 from forcelab.version import full_version
 
 log = logging.getLogger("forcelab")
@@ -94,8 +94,18 @@ class ExceptionHook(QObject):
         sys.excepthook = self._on_error
         threading.excepthook = self._on_thread
         qInstallMessageHandler(self._on_message)
+        before = self._before
+
+        def uninstall() -> None:
+            """Restore the hooks and close the log."""
+            sys.excepthook, threading.excepthook = before
+            qInstallMessageHandler(None)
+            log.removeHandler(handler)
+            log.setLevel(level)
+            handler.close()
+
         # Not a method: this object is gone by then, and its methods with it.
-        window.destroyed.connect(_uninstall(self._before, handler, level))
+        window.destroyed.connect(uninstall)
 
     def _on_error(
         self, kind: type[BaseException], error: BaseException, trace: TracebackType | None
@@ -182,23 +192,6 @@ def _handler(path: Path) -> logging.Handler:
     return handler
 
 
-def _uninstall(
-    before: tuple[Callable[..., object], Callable[..., object]],
-    handler: logging.Handler,
-    level: int,
-) -> Callable[[], None]:
-    """A function that restores the hooks and closes the log."""
-
-    def undo() -> None:
-        sys.excepthook, threading.excepthook = before
-        qInstallMessageHandler(None)
-        log.removeHandler(handler)
-        log.setLevel(level)
-        handler.close()
-
-    return undo
-
-
 class FaultDialog(QDialog):
     """Says that the labels are safe and where the log is; `details` can be copied. Not modal."""
 
@@ -208,11 +201,11 @@ class FaultDialog(QDialog):
         self.setWindowTitle("Something went wrong")
         self._details = details
         self._further = 0
-        self._text = self._folded(details)
-        parts = self._words(log_file), (self._text, 1), self._buttons()
+        self._text = self._details_view(details)
+        parts = self._message_row(log_file), (self._text, 1), self._buttons()
         fill_layout(QVBoxLayout(self), *parts, spacing=14)
 
-    def _words(self, log_file: Path) -> QHBoxLayout:
+    def _message_row(self, log_file: Path) -> QHBoxLayout:
         """The message beside its icon."""
         headline = _wrapped("Something went wrong.")
         emphasise(headline, 1.2)
@@ -231,7 +224,7 @@ class FaultDialog(QDialog):
         sign.setAlignment(Qt.AlignmentFlag.AlignTop)
         return fill_layout(QHBoxLayout(), sign, (words, 1), spacing=16)
 
-    def _folded(self, details: str) -> QPlainTextEdit:
+    def _details_view(self, details: str) -> QPlainTextEdit:
         """The details, hidden at first."""
         text = QPlainTextEdit(details, readOnly=True, tabChangesFocus=True)
         text.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
@@ -246,13 +239,12 @@ class FaultDialog(QDialog):
         self._show = QPushButton("Show details")
         self._show.setCheckable(True)
         self._show.toggled.connect(self._show_details)
-        self._copy = push_button("Copy details", self._copy_details)
-        close = push_button("Close", self.accept)
+        self._show.setAccessibleName(self._show.text())
+        copy = copy_button("Copy details", self._details, "Copy details")
+        close = push_button("Close", self.accept, "Close")
         close.setDefault(True)
-        for button in (self._show, self._copy, close):
-            button.setAccessibleName(button.text())
         close.setFocus()
-        return fill_layout(QHBoxLayout(), self._show, self._copy, 1, close)
+        return fill_layout(QHBoxLayout(), self._show, copy, 1, close)
 
     def add(self) -> None:
         """Count another error while this is open."""
@@ -265,14 +257,10 @@ class FaultDialog(QDialog):
         self._show.setText("Hide details" if shown else "Show details")
         self.adjustSize()
 
-    def _copy_details(self) -> None:
-        QGuiApplication.clipboard().setText(self._details)
-        self._copy.setText("Copied")
-
 
 def _wrapped(text: str) -> QLabel:
     """A paragraph that can be copied, by keys too."""
-    label = copyable(text)
+    label = sentence_label(text)
     label.setMinimumWidth(label.fontMetrics().averageCharWidth() * 56)
     label.setTextInteractionFlags(
         Qt.TextInteractionFlag.TextSelectableByMouse

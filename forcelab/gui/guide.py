@@ -27,6 +27,7 @@ from PySide6.QtGui import (
     QFontMetrics,
     QFontMetricsF,
     QHideEvent,
+    QImage,
     QImageReader,
     QKeySequence,
     QPainter,
@@ -43,7 +44,6 @@ from PySide6.QtGui import (
     QTextFrameFormat,
     QTextImageFormat,
     QTextLength,
-    QTextList,
     QTextListFormat,
     QTextOption,
     QTextTable,
@@ -154,6 +154,12 @@ def _select(first: QTextBlock, last: QTextBlock | None = None) -> QTextCursor:
     return cursor
 
 
+def _embolden(block: QTextBlock) -> None:
+    bold = QTextCharFormat()
+    bold.setFontWeight(QFont.Weight.Bold)
+    _select(block).mergeCharFormat(bold)
+
+
 def _select_part(fragment: QTextFragment, block: QTextBlock) -> QTextCursor:
     """A cursor that selects a piece of a paragraph."""
     cursor = QTextCursor(block)
@@ -196,8 +202,12 @@ class _Styler:
                 tables[table.objectIndex()] = table
             else:
                 self._space(block)
-            if (items := block.textList()) is not None and items.format().indent() == 1:
-                self._fill_bullets(items)
+            if (items := block.textList()) is not None:
+                list_format = items.format()
+                circles = list_format.style() == QTextListFormat.Style.ListCircle
+                if circles and list_format.indent() == 1:
+                    list_format.setStyle(QTextListFormat.Style.ListDisc)
+                    items.setFormat(list_format)
             self._style_text(block)
         for table in tables.values():
             self._style_table(table)
@@ -219,12 +229,6 @@ class _Styler:
             look.clearProperty(QTextFormat.Property.FontSizeAdjustment)
             look.setFontPointSize(self._font.pointSizeF() * HEADINGS.get(level, 1.0))
             _select_part(fragment, block).setCharFormat(look)
-
-    def _fill_bullets(self, items: QTextList) -> None:
-        looks = items.format()
-        if looks.style() == QTextListFormat.Style.ListCircle:
-            looks.setStyle(QTextListFormat.Style.ListDisc)
-            items.setFormat(looks)
 
     def _style_text(self, block: QTextBlock) -> None:
         """Colour links and code in a paragraph, and fit its pictures."""
@@ -268,20 +272,16 @@ class _Styler:
         share = min(CODE, fitting) if fitting >= SMALLEST_CODE else CODE
         look.setFontPointSize(self._font.pointSizeF() * share)
         code.mergeCharFormat(look)
-        going_on = QTextBlockFormat()
-        going_on.setNonBreakableLines(False)
-        going_on.setLeftMargin(self._line)
-        going_on.setTextIndent(-self._line)
-        code.mergeBlockFormat(going_on)
-        command = QTextCharFormat()
-        command.setFontWeight(QFont.Weight.Bold)
+        wrapping = QTextBlockFormat()
+        wrapping.setNonBreakableLines(False)
+        wrapping.setLeftMargin(self._line)
+        wrapping.setTextIndent(-self._line)
+        code.mergeBlockFormat(wrapping)
         if first.text().startswith("$ "):
-            _select(first).mergeCharFormat(command)
+            _embolden(first)
         frame = QTextFrameFormat()
         frame.setBackground(self._ground)
-        frame.setBorder(1)
-        frame.setBorderStyle(QTextFrameFormat.BorderStyle.BorderStyle_Solid)
-        frame.setBorderBrush(QColor(self._colours.panel_edge))
+        self._add_border(frame)
         frame.setPadding(0.5 * self._line)
         frame.setBottomMargin(0.7 * self._line)
         framed = code.insertFrame(frame)
@@ -293,26 +293,27 @@ class _Styler:
                 QTextCursor(block).setBlockFormat(flat)
 
     def _style_table(self, table: QTextTable) -> None:
-        looks = table.format()
-        looks.setBorder(1)
-        looks.setBorderCollapse(True)
-        looks.setBorderStyle(QTextFrameFormat.BorderStyle.BorderStyle_Solid)
-        looks.setBorderBrush(QColor(self._colours.panel_edge))
-        looks.setCellPadding(0.35 * self._line)
-        looks.setCellSpacing(0)
-        looks.setHeaderRowCount(1)
-        looks.setTopMargin(0.2 * self._line)
-        looks.setBottomMargin(0.9 * self._line)
-        looks.setWidth(QTextLength())
-        table.setFormat(looks)
+        table_format = table.format()
+        self._add_border(table_format)
+        table_format.setBorderCollapse(True)
+        table_format.setCellPadding(0.35 * self._line)
+        table_format.setCellSpacing(0)
+        table_format.setHeaderRowCount(1)
+        table_format.setTopMargin(0.2 * self._line)
+        table_format.setBottomMargin(0.9 * self._line)
+        table_format.setWidth(QTextLength())
+        table.setFormat(table_format)
         for column in range(table.columns()):
             cell = table.cellAt(0, column)
             ground = cell.format()
             ground.setBackground(self._ground)
             cell.setFormat(ground)
-            bold = QTextCharFormat()
-            bold.setFontWeight(QFont.Weight.Bold)
-            _select(cell.firstCursorPosition().block()).mergeCharFormat(bold)
+            _embolden(cell.firstCursorPosition().block())
+
+    def _add_border(self, frame: QTextFrameFormat) -> None:
+        frame.setBorder(1)
+        frame.setBorderStyle(QTextFrameFormat.BorderStyle.BorderStyle_Solid)
+        frame.setBorderBrush(QColor(self._colours.panel_edge))
 
 
 class PageView(QTextBrowser):
@@ -327,7 +328,7 @@ class PageView(QTextBrowser):
         self.setWordWrapMode(QTextOption.WrapMode.WordWrap)
         self._page: Page | None = None
         self._words = ""  # that are marked
-        self._looks: tuple[object, ...] = ()  # of the document that is shown
+        self._dressed_for: tuple[object, ...] = ()  # page, width, font and theme
         self._resized = QTimer(self, singleShot=True, interval=RESIZE_MS)
         self._resized.timeout.connect(self.dress)
         theme.themes().changed.connect(self._resized.start)
@@ -341,10 +342,10 @@ class PageView(QTextBrowser):
         """Show the page as theme, text size and width ask for, without leaving its place."""
         wide = self.fontMetrics().averageCharWidth() * LINE
         width = min(self.viewport().width(), wide + 2 * MARGIN)
-        looks = (self._page, width, self.font().toString(), theme.colours())
-        if self._page is None or looks == self._looks:
+        dressed_for = (self._page, width, self.font().toString(), theme.colours())
+        if self._page is None or dressed_for == self._dressed_for:
             return
-        self._looks = looks
+        self._dressed_for = dressed_for
         top = self.cursorForPosition(self.viewport().rect().topLeft()).blockNumber()
         above = self.verticalScrollBar().value() > 0
         document = QTextDocument(self)
@@ -384,18 +385,14 @@ class PageView(QTextBrowser):
         if kind != QTextDocument.ResourceType.ImageResource.value:
             return None
         path = picture_path(QUrl(url).toString(), theme.colours().dark)
-        reader, ratio = QImageReader(str(path)), self.devicePixelRatioF()
-        size = reader.size()
-        width = min(size.width(), self.lineWrapColumnOrWidth() - 2 * MARGIN)
+        image, ratio = QImage(str(path)), self.devicePixelRatioF()
+        size, width = image.size(), self.lineWrapColumnOrWidth() - 2 * MARGIN
         if width < size.width():
             height = round(size.height() * width / size.width())
-            wanted = QSize(round(width * ratio), round(height * ratio))
-            return reader.read().scaled(
-                wanted.boundedTo(size),
-                Qt.AspectRatioMode.IgnoreAspectRatio,
-                Qt.TransformationMode.SmoothTransformation,
-            )
-        return reader.read()
+            drawn = QSize(round(width * ratio), round(height * ratio)).boundedTo(size)
+            smooth = Qt.TransformationMode.SmoothTransformation
+            return image.scaled(drawn, mode=smooth)
+        return image
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -711,6 +708,6 @@ class GuideWindow(QWidget):
 
 def _make_clear(view: QTreeWidget | QListWidget) -> None:
     """Let a list stand on the window's ground."""
-    looks = view.palette()
-    looks.setBrush(QPalette.ColorRole.Base, looks.brush(QPalette.ColorRole.Window))
-    view.setPalette(looks)
+    palette = view.palette()
+    palette.setBrush(QPalette.ColorRole.Base, palette.brush(QPalette.ColorRole.Window))
+    view.setPalette(palette)

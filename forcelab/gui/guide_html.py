@@ -196,25 +196,25 @@ class _Writer:
         self._close_lists()
 
     def _write_paragraph(self, block: QTextBlock) -> None:
-        looks = block.blockFormat()
-        level = looks.headingLevel()
+        block_format = block.blockFormat()
+        level = block_format.headingLevel()
         items = block.textList()
         if items:
             ordered = items.format().style() == QTextListFormat.Style.ListDecimal
             self._begin_item(items.format().indent(), "ol" if ordered else "ul")
             self.parts.append(self._inline(block))
             return
-        self._close_lists(looks.indent())
+        self._close_lists(block_format.indent())
         if level:
             names = {n for part in fragments(block) for n in part.charFormat().anchorNames()}
             anchor = escape(next(iter(names), ""))
             heading = self._inline(block, bold=False)
             self.parts.append(f'<h{level} id="{anchor}">{heading}</h{level}>')
-        elif looks.hasProperty(QTextFormat.Property.BlockTrailingHorizontalRulerWidth):
+        elif block_format.hasProperty(QTextFormat.Property.BlockTrailingHorizontalRulerWidth):
             self.parts.append("<hr>")
         elif block.text():
             paragraph = f"<p>{self._inline(block)}</p>"
-            quoted = looks.hasProperty(QTextFormat.Property.BlockQuoteLevel)
+            quoted = block_format.hasProperty(QTextFormat.Property.BlockQuoteLevel)
             self.parts.append(f"<blockquote>{paragraph}</blockquote>" if quoted else paragraph)
 
     def _begin_item(self, indent: int, tag: str) -> None:
@@ -267,24 +267,24 @@ class _Writer:
         return text
 
     def _fragment(self, part: QTextFragment, bold: bool) -> str:
-        looks = part.charFormat()
-        if looks.isImageFormat():
-            return self._picture(looks.toImageFormat())
+        style = part.charFormat()
+        if style.isImageFormat():
+            return self._picture(style.toImageFormat())
         text = escape(part.text(), quote=False).replace("\u2028", "<br>")
-        if looks.fontFixedPitch():
+        if style.fontFixedPitch():
             text = f"<code>{text}</code>"
-        if looks.fontItalic():
+        if style.fontItalic():
             text = f"<em>{text}</em>"
-        if bold and looks.fontWeight() >= QFont.Weight.Bold:
+        if bold and style.fontWeight() >= QFont.Weight.Bold:
             text = f"<strong>{text}</strong>"
         return text
 
-    def _picture(self, looks: QTextImageFormat) -> str:
-        name = looks.name()
+    def _picture(self, picture: QTextImageFormat) -> str:
+        name = picture.name()
         light, dark = picture_path(name, False), picture_path(name, True)
         self.pictures += [light, dark]
         size = QImageReader(str(light)).size()
-        alt = escape(looks.stringProperty(QTextFormat.Property.ImageAltText.value))
+        alt = escape(picture.stringProperty(QTextFormat.Property.ImageAltText.value))
         image = (
             f'<img src="{escape(name)}" alt="{alt}" width="{size.width()}" '
             f'height="{size.height()}" loading="lazy">'

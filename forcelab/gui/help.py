@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement, pairwise
 
 import PySide6
 from PySide6.QtCore import QRectF, QSize, Qt, qVersion
 from PySide6.QtGui import (
-    QGuiApplication,
     QKeyEvent,
     QPainter,
     QPaintEvent,
@@ -34,6 +33,7 @@ from forcelab.gui.commands import COMMANDS, GROUPS
 from forcelab.gui.document import Document
 from forcelab.gui.exception_hook import log_file
 from forcelab.gui.layout import (
+    copy_button,
     emphasise,
     fill_layout,
     push_button,
@@ -176,8 +176,7 @@ class HelpPage(QDialog):
                 for row in section.rows
                 if contains_words(" ".join((section.heading, row[1], *row[0])), query)
             )
-            if rows:
-                sections.append(_Section(section.heading, rows, section.caps))
+            sections += [replace(section, rows=rows)] if rows else []
         return sections
 
     def _fill(self) -> None:
@@ -293,27 +292,19 @@ class AboutDialog(QDialog):
         title = QLabel(f"forcelab {full_version()}")
         emphasise(title, 1.4)
         purpose = QLabel("Labels, recognises and scores the actions of hands in recorded forces.")
-        self._facts = facts()
-        form = QFormLayout()
-        for name, value in self._facts.items():
+        form, lines = QFormLayout(), []
+        for name, value in facts().items():
+            lines.append(f"{name}: {value}")
             if name != "forcelab":
                 plain = Qt.TextFormat.PlainText  # names of folders are no markup
                 shown = QLabel(value, textFormat=plain)
                 shown.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
                 shown.setAccessibleName(name)
                 form.addRow(name, shown)
-        fill_layout(QVBoxLayout(self), title, purpose, form, self._buttons(), spacing=14)
-
-    def _buttons(self) -> QDialogButtonBox:
         buttons = QDialogButtonBox()
-        self.copy_button = push_button("Copy", self._copy, "Copy versions and places")
+        self.copy_button = copy_button("Copy", "\n".join(lines), "Copy versions and places")
         close = push_button("Close", self.accept, "Close")
         close.setDefault(True)
         buttons.addButton(self.copy_button, QDialogButtonBox.ButtonRole.ActionRole)
         buttons.addButton(close, QDialogButtonBox.ButtonRole.AcceptRole)
-        return buttons
-
-    def _copy(self) -> None:
-        lines = (f"{name}: {value}" for name, value in self._facts.items())
-        QGuiApplication.clipboard().setText("\n".join(lines))
-        self.copy_button.setText("Copied")
+        fill_layout(QVBoxLayout(self), title, purpose, form, buttons, spacing=14)

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from functools import cache
 
 from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QIcon, QIconEngine, QPainter, QPainterPath, QPen, QPixmap
+from PySide6.QtGui import QColor, QIcon, QIconEngine, QPainter, QPainterPath, QPixmap
 
+from forcelab.gui.figures.axes import curve_pen
 from forcelab.gui.theme import colours
 
 #: Side of the square that icons are written on, and the thickness of their lines on it.
@@ -143,7 +144,7 @@ def paint_icon(painter: QPainter, box: QRectF, name: str, ink: QColor) -> None:
     painter.translate(box.center().x() - side / 2, box.center().y() - side / 2)
     painter.scale(side / SIDE, side / SIDE)
     painter.fillPath(fill, ink)
-    painter.strokePath(line, _pen(ink))
+    painter.strokePath(line, curve_pen(ink, THICKNESS))
     painter.restore()
 
 
@@ -176,13 +177,6 @@ class _Engine(QIconEngine):
     def clone(self) -> QIconEngine:
         """The engine of a copy of the icon."""
         return _Engine(self._name)
-
-
-def _pen(ink: QColor) -> QPen:
-    pen = QPen(ink, THICKNESS)
-    pen.setCapStyle(Qt.PenCapStyle.RoundCap)
-    pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
-    return pen
 
 
 @cache

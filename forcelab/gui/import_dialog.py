@@ -59,7 +59,7 @@ from forcelab.gui.file_dialogs import (
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.key_events import ignore_wheel
 from forcelab.gui.layout import (
-    ProgressBar,
+    ProgressRow,
     add_buttons,
     copyable,
     fill_layout,
@@ -508,6 +508,14 @@ def _run_until(
     return None
 
 
+def _count_line(report: ImportReport) -> str:
+    """How many demonstrations were imported."""
+    new, *others = [report.count(status) for status in ("new", "updated", "unchanged")]
+    if new and not any(others):
+        return f"{counted(new, 'demonstration')} imported."
+    return "{} new, {} updated, {} unchanged.".format(new, *others)
+
+
 class ImportDialog(FileDrop, QDialog):
     """Choose files, their task and the coder of their labels; import them, and report.
 
@@ -527,7 +535,8 @@ class ImportDialog(FileDrop, QDialog):
         self.setWindowTitle("Import demonstrations")
         resize_on_screen(self, QSize(680, 760))
         self._document, self._jobs, self._open_project = document, jobs, open_project
-        self._tasks_named = False
+        self._tasks_named = self._closed = False
+        self._cancelled = Event()
         self._files = QListWidget()
         self._files.setAccessibleName("Files to import")
         # The end of a path tells files apart.
@@ -540,14 +549,11 @@ class ImportDialog(FileDrop, QDialog):
         self.columns.previewed.connect(self._import_when_previewed)
         self._import_asked = False
         self._files.currentTextChanged.connect(self._show_columns)
-        self._bar = ProgressBar("Progress of the import")
-        self._stop = push_button("Cancel", self._cancel, "Cancel the import")
-        self._show_running(False)
-        running = fill_layout(QHBoxLayout(), (self._bar, 1), self._stop)
+        self._running = ProgressRow("the import", self._cancel)
         column = fill_layout(
             QVBoxLayout(self), self._heading(), (self._files, 1), (self.columns, 3), self._form()
         )
-        fill_layout(column, self._taskless, running, (self._result(), 3))
+        fill_layout(column, self._taskless, self._running, (self._result(), 3))
         self._go, self._close = add_buttons(self, "Import", self._import)
         self._propose_project(files)
         self.add_files(files)
@@ -670,9 +676,10 @@ class ImportDialog(FileDrop, QDialog):
         self._changed()
 
     def reject(self) -> None:
-        """Cancel a running import, and close."""
+        """Close, and cancel a running import; one that is written by then is shown nevertheless."""
         self._jobs.cancel(PREVIEW_JOB)
-        self._jobs.cancel("import")
+        self._cancelled.set()
+        self._closed = True
         super().reject()
 
     def _warn(self) -> None:
@@ -712,7 +719,7 @@ class ImportDialog(FileDrop, QDialog):
         files = self._listed()
         reason = "" if files else "Add files first."
         set_enabled_with_reason(
-            self._go, reason if self._bar.isHidden() else "Wait until this is imported."
+            self._go, reason if self._running.isHidden() else "Wait until this is imported."
         )
         self._show_report()  # it was of files that were in the list before
         datasets = [*filter(is_lerobot_folder, files)]
@@ -767,45 +774,44 @@ class ImportDialog(FileDrop, QDialog):
             _run_until(self._cancelled, steps),
             partial(self._imported, path, files, self.columns.choice()),
             self._failed,
-            self._bar.show_progress,
+            self._show_progress,
             key="import",
         )
 
     def _show_running(self, running: bool) -> None:
-        self._bar.setVisible(running)
-        self._stop.setVisible(running)
-        self._stop.setEnabled(running)
+        self._running.setVisible(running)
+        self._running.cancel.setEnabled(running)
+
+    def _show_progress(self, progress: Progress) -> None:
+        if not self._closed:
+            self._running.bar.show_progress(progress)
 
     def _cancel(self) -> None:
         """Cancel the import; the dialog and its choices stay."""
-        self._stop.setEnabled(False)
+        self._running.cancel.setEnabled(False)
         self._cancelled.set()
 
     def _imported(
         self, path: Path, files: Sequence[Path], choice: FileChoice, report: ImportReport | None
     ) -> None:
         """Report the import; files that failed or were added meanwhile stay in the list."""
+        if report is not None:
+            self._show_demonstrations(path, choice, report)
+        if self._closed:
+            return  # and deleted
         self._show_running(False)
         if report is None:
             self._changed()
             self._show_report(["The import was cancelled."])
             self._go.setFocus()
             return
-        if report.demonstrations:
-            _remember(choice)
-        if self._document.project is None and self._open_project is not None:
-            self._open_project(path)
-            self._propose_project(())
+        self._propose_project(())
         unread = report.unread
         remaining = [path for path in self._listed() if path not in files or path in unread]
         self._files.clear()
         if not remaining:
             self._task.setCurrentText("")  # the next files may show something else
         self.add_files(remaining)
-        counts = [report.count(status) for status in ("new", "updated", "unchanged")]
-        lines = ["{} new, {} updated, {} unchanged.".format(*counts)]
-        if counts[0] and not any(counts[1:]):
-            lines = [f"{counted(counts[0], 'demonstration')} imported."]
         failures: list[str] = []
         if unread:
             failures.append("Left out because they could not be read:")
@@ -815,17 +821,30 @@ class ImportDialog(FileDrop, QDialog):
             f"{video.name} is a video: attach it by Demonstration > Attach video…"
             for video in _loose_videos(files)
         ]
-        self._show_report(lines, failures, [*videos, *report.remark_lines()])
-        self._document.reread()  # the open one may have new labels, its task other actions
-        if not self._document.id and self._document.infos:
-            self._document.open_demonstration(self._document.infos[0].id)
+        self._show_report([_count_line(report)], failures, [*videos, *report.remark_lines()])
         if unread:
             self._select(unread)
             return
         (self._go if remaining else self._close).setFocus()
 
+    def _show_demonstrations(self, path: Path, choice: FileChoice, report: ImportReport) -> None:
+        """Show in the window what was imported into a project, which is opened if none is."""
+        if report.demonstrations:
+            _remember(choice)
+        document = self._document
+        if document.project is None and self._open_project is not None:
+            self._open_project(path)
+        document.reread()  # the open one may have new labels, its task other actions
+        if not document.id and document.infos:
+            document.open_demonstration(document.infos[0].id)
+        if self._closed:
+            text = f"{path.name}: {_count_line(report)} It was too late to cancel."
+            document.show_message(text)
+
     def _failed(self, error: Exception) -> None:
         """Report why nothing was imported; select the files concerned."""
+        if self._closed:
+            return
         self._show_running(False)
         set_enabled_with_reason(self._go, "")
         self._select(error.files if isinstance(error, InputError) else ())

@@ -28,7 +28,6 @@ from PySide6.QtGui import (
     QGuiApplication,
     QKeyEvent,
     QPainter,
-    QPen,
     QPolygonF,
 )
 from PySide6.QtWidgets import (
@@ -43,8 +42,9 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui.document import Document
+from forcelab.gui.figures.axes import curve_pen
 from forcelab.gui.figures.colormap import translucent
-from forcelab.gui.figures.text import elided, elided_name
+from forcelab.gui.figures.text import elided_name
 from forcelab.gui.layout import fill_layout, whole_rows
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import ENTER_KEYS
@@ -80,9 +80,7 @@ def paint_chevron(painter: QPainter, centre: QPointF, height: float, expanded: b
     """Paint an angle that points down where rows are expanded, else to their title."""
     a, b = 0.22 * height, 0.11 * height
     points = [(-a, -b), (0.0, b), (a, -b)] if expanded else [(-b, -a), (b, 0.0), (-b, a)]
-    pen = QPen(QColor(colours().muted), max(1.4, 0.09 * height))
-    pen.setCapStyle(Qt.PenCapStyle.RoundCap)
-    painter.setPen(pen)
+    painter.setPen(curve_pen(QColor(colours().muted), max(1.4, 0.09 * height)))
     painter.drawPolyline(QPolygonF([centre + QPointF(x, y) for x, y in points]))
 
 
@@ -91,7 +89,7 @@ def draw_line(
     box: QRectF,
     text: str,
     font: QFont,
-    colour: str,
+    colour: str | QColor,
     align: Qt.AlignmentFlag = Qt.AlignmentFlag.AlignLeft,
     elide: Qt.TextElideMode = Qt.TextElideMode.ElideRight,
 ) -> float:
@@ -179,20 +177,14 @@ def write_row(
     The second may be empty, and is in the painter's font. If the first is a name, `among` are all
     the names it stands among; otherwise it is a sentence.
     """
-    metrics, middle = painter.fontMetrics(), Qt.AlignmentFlag.AlignVCenter
-    first, other = texts
+    metrics, (first, other) = painter.fontMetrics(), texts
     wide = metrics.horizontalAdvance(other) + APART
     if other and room.width() - wide > LETTERS * metrics.averageCharWidth():
-        painter.setPen(pens[1])
-        painter.drawText(room, middle | Qt.AlignmentFlag.AlignRight, other)
+        draw_line(painter, room, other, painter.font(), pens[1], Qt.AlignmentFlag.AlignRight)
         room = room.adjusted(0, 0, -wide, 0)
-    painter.setFont(font)
-    painter.setPen(pens[0])
-    if among is None:
-        cut = elided(first, font, room.width())
-    else:
-        cut = elided_name(first, font, room.width(), among)
-    painter.drawText(room, middle | Qt.AlignmentFlag.AlignLeft, cut)
+    if among is not None:
+        first = elided_name(first, font, room.width(), among)
+    draw_line(painter, room, first, font, pens[0])
 
 
 #: Where text stands in a cell; joined once, as joining flags takes longer than drawing a number.

@@ -98,9 +98,10 @@ class Jobs(QObject):
 
     @property
     def busy(self) -> tuple[str, ...]:
-        """The keys of the jobs that work or wait."""
+        """The keys of the jobs that work or wait, or whose results are still to be delivered."""
         with self._lock:
-            return tuple(key for key, lane in self._lanes.items() if lane.current is not None)
+            working = [key for key, lane in self._lanes.items() if lane.current is not None]
+        return tuple(dict.fromkeys((*working, *self._newest)))
 
     def awaits(self, key: str) -> bool:
         """Whether the result of a job of this key is still to be delivered."""

@@ -189,7 +189,7 @@ _EDITING = (
 #: What moves and deletes in text, with Shift or without.
 _TYPING = _ARROWS | _PAGING | {_K.Key_Backspace, _K.Key_Delete}
 #: What other widgets need. A table leaves left and right to the time axis; Tab walks its cells.
-_THEIRS: tuple[tuple[type[QWidget], set[Qt.Key]], ...] = (
+_WIDGET_KEYS: tuple[tuple[type[QWidget], set[Qt.Key]], ...] = (
     (QAbstractButton, {_K.Key_Space}),
     (QComboBox, _ARROWS | {_K.Key_Space}),
     (QAbstractSlider, _ARROWS | _PAGING),
@@ -246,7 +246,7 @@ def wants_key(widget: QWidget | None, event: QKeyEvent) -> bool:
     if isinstance(widget, QAbstractItemView) and key in (_K.Key_Space, _K.Key_Delete):
         # In a list of other things Delete must not erase labels, which nobody is looking at.
         return _checkable(widget) if key == _K.Key_Space else not _deletes(widget)
-    return any(isinstance(widget, kind) and key in keys for kind, keys in _THEIRS)
+    return any(isinstance(widget, kind) and key in keys for kind, keys in _WIDGET_KEYS)
 
 
 def _deletes(view: QAbstractItemView) -> bool:

@@ -11,12 +11,14 @@ from PySide6.QtGui import QAction, QFont, QHelpEvent, QMouseEvent, QPalette, QRe
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractItemView,
+    QApplication,
     QBoxLayout,
     QDialog,
     QDialogButtonBox,
     QDockWidget,
     QDoubleSpinBox,
     QFrame,
+    QHBoxLayout,
     QHeaderView,
     QLabel,
     QLayout,
@@ -265,6 +267,20 @@ class YieldingSplitter(QSplitter):
             self._filled = self.saveState()
 
 
+def fill_splitter(splitter: QSplitter, parts: Sequence[QWidget], shares: Sequence[int]) -> None:
+    """Put parts into a splitter, each with its share of any room; none can be dragged away."""
+    splitter.setChildrenCollapsible(False)
+    for i, (part, share) in enumerate(zip(parts, shares, strict=True)):
+        splitter.addWidget(part)
+        splitter.setStretchFactor(i, share)
+    set_shares(splitter, shares)
+
+
+def set_shares(splitter: QSplitter, shares: Sequence[int]) -> None:
+    """Give each part its share, however large the splitter is."""
+    splitter.setSizes([1000 * share for share in shares])
+
+
 class PageOrPlaceholder(QStackedWidget):
     """A page, or a text (`note`) in its place where there is nothing to show."""
 
@@ -344,6 +360,17 @@ def push_button(
     return button
 
 
+def copy_button(label: str, copied: str, name: str) -> QPushButton:
+    """A button that copies a text, and says so."""
+
+    def copy() -> None:
+        QApplication.clipboard().setText(copied)
+        button.setText("Copied")
+
+    button = push_button(label, copy, name)
+    return button
+
+
 def tool_button(image: str, name: str, press: Callable[..., object], tip: str = "") -> QToolButton:
     """A button with an icon; `name` is for screen readers, and the tooltip if there is no `tip`."""
     button = QToolButton()
@@ -417,6 +444,33 @@ class ProgressBar(QProgressBar):
         return self.fontMetrics().elidedText(super().text(), Qt.TextElideMode.ElideRight, room)
 
 
+class SlimProgressBar(QProgressBar):
+    """How far a job is beside a text that says it; it runs to and fro until that is known."""
+
+    def __init__(self, name: str, width: int) -> None:
+        super().__init__(textVisible=False)
+        self.setAccessibleName(name)
+        self.setFixedWidth(width)
+        self.setMaximumHeight(8)
+
+    def show_step(self, step: Progress | None) -> None:
+        self.setRange(0, 0 if step is None else max(step.total, 1))
+        if step is not None:
+            self.setValue(min(step.done, step.total))
+
+
+class ProgressRow(QWidget):
+    """The progress of a job, such as "the import", and Cancel beside it; hidden at first."""
+
+    def __init__(self, job: str, cancel: Callable[..., object]) -> None:
+        super().__init__()
+        self.bar = ProgressBar(f"Progress of {job}")
+        self.cancel = push_button("Cancel", cancel, f"Cancel {job}")
+        fill_layout(QHBoxLayout(self), (self.bar, 1), self.cancel, margins=0)
+        self.bar.show()  # together with Cancel: only now it is no window of its own
+        self.hide()
+
+
 def toned_label(tone: Literal["trouble", "warning"], text: str = "") -> QLabel:
     """A sentence in the theme's colour for trouble or warnings."""
     label = sentence_label(text)
@@ -443,7 +497,7 @@ def add_buttons(
     dialog: QDialog, text: str, press: Callable[..., object]
 ) -> tuple[QPushButton, QPushButton]:
     """Add the button that does what a dialog is for, its default, and Close below all else."""
-    buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+    buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close, dialog)
     go = buttons.addButton(text, QDialogButtonBox.ButtonRole.ActionRole)
     go.clicked.connect(press)
     buttons.rejected.connect(dialog.reject)

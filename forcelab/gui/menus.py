@@ -11,7 +11,7 @@ from PySide6.QtGui import QAction, QActionGroup, QShowEvent
 from PySide6.QtWidgets import QMainWindow, QMenu, QTabWidget, QToolBar, QToolButton, QWidget
 
 from forcelab.gui import settings
-from forcelab.gui.commands import COMMANDS
+from forcelab.gui.commands import COMMANDS, GROUPS
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
 from forcelab.gui.layout import set_enabled_with_reason
@@ -32,19 +32,19 @@ def fill_menus(
     `commands` are the window's actions by command id, `panels` those that show and hide panels;
     `obstacle` tells why a command cannot be carried out now.
     """
-    menus: dict[str, QMenu] = {}
+    menus = {group: window.menuBar().addMenu(f"&{group}") for group in GROUPS}
+    for menu in menus.values():
+        # Only while it is open: to the key of a disabled action nothing is answered at all.
+        menu.aboutToShow.connect(partial(_disable_entries, menu, obstacle))
+        menu.aboutToHide.connect(partial(_disable_entries, menu, lambda _: ""))
     for command in COMMANDS:
-        if command.group not in menus:
-            menu = menus[command.group] = window.menuBar().addMenu("&" + command.group)
-            # Only while it is open: to the key of a disabled action nothing is answered at all.
-            menu.aboutToShow.connect(partial(_disable_entries, menu, obstacle))
-            menu.aboutToHide.connect(partial(_disable_entries, menu, lambda _: ""))
+        menu = menus[command.group]
         if command.below_line:
-            menus[command.group].addSeparator()
+            menu.addSeparator()
         if not command.id.startswith("theme_"):
-            menus[command.group].addAction(commands[command.id])
+            menu.addAction(commands[command.id])
         if command.id == "open_project":
-            menus[command.group].addMenu(recent)
+            menu.addMenu(recent)
     view = menus["View"]
     view.addSeparator()
     view.addMenu("Panels").addActions(panels)
@@ -73,7 +73,6 @@ def _exclusive_group(parent: QMainWindow | QTabWidget, actions: Sequence[QAction
     """Let one of these actions be checked at a time."""
     group = QActionGroup(parent)
     for action in actions:
-        action.setCheckable(True)
         group.addAction(action)
 
 
@@ -125,8 +124,8 @@ class ToolBar(QToolBar):
                 # Not the command's own action, whose key says why where this one is disabled.
                 button = self.buttons[id_] = self.addAction(icon(name), text)
                 button.triggered.connect(commands[id_].trigger)
-                commands[id_].changed.connect(lambda b=button, c=commands[id_]: _name(b, c))
-                _name(button, commands[id_])
+                commands[id_].changed.connect(lambda b=button, c=commands[id_]: _copy_tips(b, c))
+                _copy_tips(button, commands[id_])
             else:
                 self.addSeparator()
         view, review = document.view, document.review
@@ -155,7 +154,7 @@ class ToolBar(QToolBar):
             set_enabled_with_reason(button, self._obstacle(id_))
 
 
-def _name(button: QAction, command: QAction) -> None:
+def _copy_tips(button: QAction, command: QAction) -> None:
     """Say in a button's tooltip all that the command does, and its key."""
     button.setToolTip(command.toolTip())
     button.setStatusTip(command.statusTip())

@@ -41,35 +41,21 @@ class Obstacles:
     def _missing(self, needs: str) -> str:
         """What of all that a command needs is missing."""
         document, project = self._document, self._document.project
-        if needs and project is None:
-            return "Open or make a project first."
+        if project is None:
+            vacant = needs in ("", "write or new")
+            return "" if vacant else "Open or make a project first."
         if needs == "listed" and not document.infos:
             return "There is no demonstration yet; import one first."
         if needs in ("view", "edit") and not self._in_view():
             return "This acts on the demonstration in view; go to Label or Review."
         if needs in ("view", "edit") and document.demonstration is None:
             return "Open a demonstration first."
-        if needs in ("write", "edit") and project is not None:
+        if needs in ("write", "write or new", "edit"):
             try:
                 project.refuse_read_only()
             except ForcelabError as error:
                 return str(error)
         return ""
-
-
-def _delete(document: Document) -> str:
-    if document.selected is not None or document.view.range is not None:
-        return ""
-    return "Select the segment to delete: click it, or go to it with K and L."
-
-
-def _erase_range(document: Document) -> str:
-    return "" if document.view.range is not None else segments.MARK_RANGE
-
-
-def _split(document: Document) -> str:
-    index = index_at(document.editor.segments, document.view.cursor)
-    return "" if index is not None else "Move the cursor into the segment to split."
 
 
 def _merge(document: Document) -> str:
@@ -80,10 +66,6 @@ def _merge(document: Document) -> str:
     if segments.current_segment(document) is None:
         return "Select the first of the two segments to merge."
     return "There is no segment after this one to merge with."
-
-
-def _fill_gaps(document: Document) -> str:
-    return "" if document.editor.segments else "You have no segments to fill gaps between."
 
 
 def _copy_from(document: Document) -> str:
@@ -99,31 +81,6 @@ def _copy_from(document: Document) -> str:
     return "No other track has a segment at the cursor; mark a range to copy."
 
 
-def _nudge(document: Document) -> str:
-    if segments.current_segment(document) is not None:
-        return ""
-    return "Select the segment to change: click it, or use K and L."
-
-
-def _zoom_selection(document: Document) -> str:
-    selected = segments.selection(document) is not None
-    return "" if selected else "Select a segment or mark a range to zoom to."
-
-
-def _before(find: Callable[[Document], int | None], document: Document) -> str:
-    return "" if find(document) is not None else "There is no segment before the cursor."
-
-
-def _after(find: Callable[[Document], int | None], document: Document) -> str:
-    return "" if find(document) is not None else "There is no segment after the cursor."
-
-
-def _synchronise(document: Document) -> str:
-    demonstration = document.demonstration
-    filmed = demonstration is not None and demonstration.video is not None
-    return "" if filmed else "There is no video to synchronise here."
-
-
 def obstacle_to_accept(document: Document) -> str:
     predicted = index_at(document.review.prediction, document.view.cursor) is not None
     return document.review.obstacle or ("" if predicted else "Nothing is predicted at the cursor.")
@@ -135,28 +92,46 @@ def obstacle_to_accept_all(document: Document) -> str:
     return document.review.obstacle or ("" if predicted else "Nothing is predicted in view.")
 
 
-def _verdict(document: Document) -> str:
-    return "" if document.review.examined is not None else CHOOSE_DIFFERENCE
+def _without(find: Callable[[Document], object | None], sentence: str) -> Callable[[Document], str]:
+    """A check that needs what `find` gives, and says a sentence where that is None."""
+    return lambda document: sentence if find(document) is None else ""
 
 
+_NUDGE = _without(
+    segments.current_segment, "Select the segment to change: click it, or use K and L."
+)
+_VERDICT = _without(lambda document: document.review.examined, CHOOSE_DIFFERENCE)
+_BEFORE, _AFTER = (f"There is no segment {side} the cursor." for side in ("before", "after"))
 #: Checks by the id of their command.
 _CHECKS: dict[str, Callable[[Document], str]] = {
-    "delete": _delete,
-    "erase_range": _erase_range,
-    "split": _split,
+    "delete": _without(
+        lambda document: document.view.range if document.selected is None else document.selected,
+        "Select the segment to delete: click it, or go to it with K and L.",
+    ),
+    "erase_range": _without(lambda document: document.view.range, segments.MARK_RANGE),
+    "split": _without(
+        lambda document: index_at(document.editor.segments, document.view.cursor),
+        "Move the cursor into the segment to split.",
+    ),
     "merge": _merge,
-    "fill_gaps": _fill_gaps,
+    "fill_gaps": _without(
+        lambda document: document.editor.segments or None,
+        "You have no segments to fill gaps between.",
+    ),
     "copy_from": _copy_from,
-    "zoom_selection": _zoom_selection,
-    "previous_segment": partial(_before, segments.find_previous),
-    "next_segment": partial(_after, segments.find_next),
-    "end_to_cursor": partial(_before, segments.find_to_end),
-    "start_to_cursor": partial(_after, segments.find_to_start),
-    "synchronise": _synchronise,
+    "zoom_selection": _without(segments.selection, "Select a segment or mark a range to zoom to."),
+    "previous_segment": _without(segments.find_previous, _BEFORE),
+    "next_segment": _without(segments.find_next, _AFTER),
+    "end_to_cursor": _without(segments.find_to_end, _BEFORE),
+    "start_to_cursor": _without(segments.find_to_start, _AFTER),
+    "synchronise": _without(
+        lambda document: document.demonstration and document.demonstration.video,
+        "There is no video to synchronise here.",
+    ),
     "accept": obstacle_to_accept,
     "accept_all": obstacle_to_accept_all,
-    **{f"verdict_{kind}": _verdict for kind in ("human", "model", "ambiguous")},
+    **dict.fromkeys(("verdict_human", "verdict_model", "verdict_ambiguous"), _VERDICT),
     **{
-        f"{part}_{way}": _nudge for part in ("start", "end", "move") for way in ("earlier", "later")
+        f"{part}_{way}": _NUDGE for part in ("start", "end", "move") for way in ("earlier", "later")
     },
 }

@@ -150,8 +150,8 @@ def probe(timeout: float = 60.0) -> QtPlatform:
     if missing := missing_libraries():
         return _lacking(missing)
     environment = dict(os.environ)
-    if not environment.get("DISPLAY") and not environment.get("WAYLAND_DISPLAY"):
-        environment.setdefault("QT_QPA_PLATFORM", "offscreen")
+    if not has_display():
+        environment["QT_QPA_PLATFORM"] = "offscreen"
     try:
         child = subprocess.run(
             [sys.executable, "-c", _CHILD],
@@ -190,12 +190,11 @@ def failure(words: str) -> QtPlatform:
 
 def _lacking(libraries: list[str]) -> QtPlatform:
     """All missing libraries, and the one command that installs them."""
-    names = [library.partition(".so")[0] for library in libraries]
-    packages = sorted({PACKAGES[name] for name in names if name in PACKAGES})
-    others = [library for library in libraries if library.partition(".so")[0] not in PACKAGES]
+    known = {library: PACKAGES.get(library.partition(".so")[0]) for library in libraries}
+    packages = sorted({package for package in known.values() if package})
+    others = [library for library, package in known.items() if not package]
     cures = [f"apt-get install {' '.join(packages)}"] if packages else []
     cures += [f"install the package with {' and '.join(others)}"] if others else []
-    subject = "the library" if len(libraries) == 1 else "the libraries"
-    are = "is" if len(libraries) == 1 else "are"
-    trouble = f"{subject} {', '.join(libraries)} {are} missing"
+    subject, are = ("library", "is") if len(libraries) == 1 else ("libraries", "are")
+    trouble = f"the {subject} {', '.join(libraries)} {are} missing"
     return QtPlatform(trouble=trouble, cure="; ".join(cures))

@@ -32,7 +32,7 @@ class Removal(QDialog):
         # Without a parent it would be a window for a moment.
         self.consent = QCheckBox(escape_ampersands(consent), self)
         self.consent.setVisible(bool(consent))
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel, self)
         self.remove = buttons.addButton("Remove", QDialogButtonBox.ButtonRole.DestructiveRole)
         self.remove.setAutoDefault(False)
         set_enabled_with_reason(self.remove, _CONSENT_MISSING if consent else "")

@@ -193,8 +193,7 @@ class PathsEditor(Editor):
         self.setFocusProxy(self.line)
 
     def value(self) -> tuple[str, ...]:
-        parts = (part.strip() for part in self.line.text().split(","))
-        return tuple(part for part in parts if part)
+        return tuple(filter(None, map(str.strip, self.line.text().split(","))))
 
     def _show(self, value: Any) -> None:
         self.line.setText(", ".join(value))

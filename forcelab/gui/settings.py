@@ -139,9 +139,8 @@ def is_folder(path: Path) -> bool:
 
 def forget_project(path: Path) -> None:
     """Remove a project from the recent ones."""
-    store(
-        "projects/recent", [recent for recent in strings("projects/recent") if recent != str(path)]
-    )
+    others = [recent for recent in strings("projects/recent") if recent != str(path)]
+    store("projects/recent", others)
 
 
 def coder(project: Path | None = None, known: Collection[str] = ()) -> str:

@@ -26,7 +26,7 @@ _BY_ID = {command.id: command for command in COMMANDS}
 
 def key_name(key: str) -> str:
     """A key as this platform prints it, such as ``"⌘Z"`` where others say ``"Ctrl+Z"``."""
-    return _parsed(key).toString(QKeySequence.SequenceFormat.NativeText)
+    return _sequence(key).toString(QKeySequence.SequenceFormat.NativeText)
 
 
 def collision(keys: Mapping[str, Sequence[str]], vocabulary: Vocabulary | None = None) -> str:
@@ -41,10 +41,10 @@ def collision(keys: Mapping[str, Sequence[str]], vocabulary: Vocabulary | None =
     for id_, bound in keys.items():
         command = _BY_ID[id_]
         for key in bound:
-            spelt = _spelt(key)
-            if not spelt:
+            normal = _normalised(key)
+            if not normal:
                 return f"'{key}' is no key; press another one."
-            plain = spelt.lower()
+            plain = normal.lower()
             if plain in painting:
                 return (
                     f"The key {key_name(key)} paints '{painting[plain]}'; choose another one "
@@ -55,7 +55,7 @@ def collision(keys: Mapping[str, Sequence[str]], vocabulary: Vocabulary | None =
                     f"The key {key_name(key)} is kept for painting actions; choose another one for "
                     f"'{command.text}', such as {key_name(key)} together with Ctrl."
                 )
-            owner = owners.setdefault(spelt, id_)
+            owner = owners.setdefault(normal, id_)
             if owner != id_:
                 return (
                     f"The key {key_name(key)} already means '{_BY_ID[owner].text}'; give that "
@@ -100,7 +100,7 @@ class Keys(QObject):
         others = {other: bound for other, bound in self._bound.items() if other != command}
         if sentence := collision(others | {command: tuple(keys)}, vocabulary):
             raise InputError(sentence)
-        self._bound[command] = tuple(dict.fromkeys(_spelt(key) for key in keys))
+        self._bound[command] = tuple(dict.fromkeys(_normalised(key) for key in keys))
         self._remember(command)
         self.reload()
 
@@ -109,10 +109,9 @@ class Keys(QObject):
         self.set_keys(command, _defaults()[command])
 
     def reset_all(self) -> None:
-        self._bound = dict(_defaults())
         for id_ in self._bound:
             settings.forget(f"keys/{id_}")
-        self.changed.emit()
+        self.reload()
 
     def reload(self) -> None:
         """Read the coder's keys; if they collide, the defaults count.
@@ -128,7 +127,7 @@ class Keys(QObject):
         if sentence := collision(own):
             log.warning("The keys in the settings are not used: %s", sentence)
             own = {}
-        own = {id_: tuple(map(_spelt, bound)) for id_, bound in own.items()}
+        own = {id_: tuple(map(_normalised, bound)) for id_, bound in own.items()}
         taken = {key for bound in own.values() for key in bound}
         self._bound = {
             id_: own.get(id_, tuple(key for key in default if key not in taken))
@@ -161,11 +160,11 @@ def bind(
     bound = bound or keys()
     guard_typing()
     actions = {id_: _action(widget, _BY_ID[id_], handler) for id_, handler in handlers.items()}
-    _Following(actions, bound, widget)
+    _ShortcutUpdater(actions, bound, widget)
     return actions
 
 
-class _Following(QObject):
+class _ShortcutUpdater(QObject):
     """Keeps actions at their keys, for as long as their widget lives."""
 
     def __init__(self, actions: Mapping[str, QAction], bound: Keys, widget: QWidget) -> None:
@@ -177,7 +176,7 @@ class _Following(QObject):
     def _follow(self) -> None:
         """Set shortcuts, and name them in tooltips."""
         for id_, action in self._actions.items():
-            action.setShortcuts([_parsed(key) for key in self._bound[id_]])
+            action.setShortcuts([_sequence(key) for key in self._bound[id_]])
             tip = action.text().rstrip("…")
             if keys_text := self._bound.shown(id_):
                 tip = f"{tip} ({keys_text})"
@@ -198,19 +197,19 @@ def _action(widget: QWidget, command: Command, handler: Callable[[], object]) ->
     return action
 
 
-def _parsed(key: str) -> QKeySequence:
+def _sequence(key: str) -> QKeySequence:
     """A key as Qt holds it; empty if the text is none."""
     return QKeySequence(key, QKeySequence.SequenceFormat.PortableText)
 
 
-def _spelt(key: str) -> str:
+def _normalised(key: str) -> str:
     """The normal spelling of a key; empty if the text is no single key."""
-    parsed = _parsed(key)
-    portable = parsed.toString(QKeySequence.SequenceFormat.PortableText)
-    return portable if parsed.count() == 1 else ""
+    sequence = _sequence(key)
+    portable = sequence.toString(QKeySequence.SequenceFormat.PortableText)
+    return portable if sequence.count() == 1 else ""
 
 
 @cache
 def _defaults() -> Mapping[str, tuple[str, ...]]:
     """The default keys of each command."""
-    return {command.id: tuple(map(_spelt, command.keys)) for command in COMMANDS}
+    return {command.id: tuple(map(_normalised, command.keys)) for command in COMMANDS}

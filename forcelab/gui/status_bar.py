@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QStatusBar, QToolButton
 
 from forcelab.gui import theme
 from forcelab.gui.document import Document
+from forcelab.gui.widgets import show_text
 
 
 class BackgroundIndicator(QToolButton):
@@ -32,12 +33,7 @@ class BackgroundIndicator(QToolButton):
 
     def refresh(self) -> None:
         """Show the text; hidden if it is empty."""
-        words = self.words() if self._elsewhere else ""
-        if words != self.text():
-            self.setText(words)
-            self.setAccessibleName(words)
-        if self.isHidden() == bool(words):
-            self.setVisible(bool(words))
+        show_text(self, self.words() if self._elsewhere else "")
 
     def words(self) -> str:
         """The text; empty for nothing."""

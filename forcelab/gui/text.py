@@ -1,4 +1,4 @@
-"""Names and numbers as menus, buttons and lists show them."""
+"""Names in menus and searches, and questions to the coder."""
 
 from __future__ import annotations
 

@@ -122,21 +122,22 @@ class _Themes(QObject):
             hints.colorSchemeChanged.connect(self._follow)
             self._begun = True
         # What the system draws, such as the window's frame, goes along.
-        if choice == "system":
-            hints.unsetColorScheme()
-        else:
-            hints.setColorScheme(Qt.ColorScheme.Dark if choice == "dark" else Qt.ColorScheme.Light)
-        self._put_on(app)
+        schemes = {"light": Qt.ColorScheme.Light, "dark": Qt.ColorScheme.Dark}
+        hints.setColorScheme(schemes.get(choice, Qt.ColorScheme.Unknown))
+        self._apply_colours(app)
 
     def _follow(self) -> None:
         """Follow the system between light and dark."""
         app = QApplication.instance()
         if self.choice == "system" and isinstance(app, QApplication):
-            self._put_on(app)
+            self._apply_colours(app)
 
-    def _put_on(self, app: QApplication) -> None:
+    def _apply_colours(self, app: QApplication) -> None:
         """Give the application the colours of the choice."""
-        self.colours = _chosen(self.choice)
+        dark = self.choice == "dark"
+        if self.choice == "system":
+            dark = _system() == Qt.ColorScheme.Dark
+        self.colours = DARK if dark else LIGHT
         app.setPalette(palette(self.colours))
         for kind in FRAMED:
             app.setPalette(framed(self.colours), kind)  # type: ignore[arg-type]  # its stub is wrong
@@ -173,12 +174,6 @@ def apply_to_application(window: QWidget) -> None:
     window.setStyleSheet(_sheet(colours()))
 
 
-def _chosen(choice: str) -> Colours:
-    if choice == "system":
-        return DARK if _system() == Qt.ColorScheme.Dark else LIGHT
-    return DARK if choice == "dark" else LIGHT
-
-
 def _system() -> Qt.ColorScheme:
     """The system's scheme; unknown if it has none."""
     return QGuiApplication.styleHints().colorScheme()
@@ -212,18 +207,17 @@ def palette(colours: Colours) -> QPalette:
         role.Dark: QColor(colours.frame),
         role.Shadow: mixed(panel, deep, 0.6),
     }
+    texts = (role.WindowText, role.Text, role.ButtonText, role.PlaceholderText)
+    disabled = dict.fromkeys(texts, mixed(colours.text, panel, 0.55)) | {
+        role.Base: QColor(panel),
+        role.Highlight: QColor(colours.frame),
+        role.Accent: QColor(colours.frame),
+        role.HighlightedText: QColor(colours.background),
+    }
     result = QPalette()
-    for group in (QPalette.ColorGroup.Active, QPalette.ColorGroup.Inactive):
-        for colour_role, colour in normal.items():
-            result.setColor(group, colour_role, colour)
-    faint = mixed(colours.text, panel, 0.55)
-    off = dict(normal)
-    for colour_role in (role.WindowText, role.Text, role.ButtonText, role.PlaceholderText):
-        off[colour_role] = faint
-    off[role.Base] = QColor(panel)
-    off[role.Highlight] = off[role.Accent] = QColor(colours.frame)
-    off[role.HighlightedText] = QColor(colours.background)
-    for colour_role, colour in off.items():
+    for colour_role, colour in normal.items():
+        result.setColor(colour_role, colour)
+    for colour_role, colour in disabled.items():
         result.setColor(QPalette.ColorGroup.Disabled, colour_role, colour)
     return result
 

@@ -75,10 +75,14 @@ class ViewState(QObject):
             return 0.0, 1.0
         return self.demonstration.start, self.demonstration.end
 
+    def within(self, time: float) -> float:
+        """The nearest time in the demonstration."""
+        low, high = self.bounds
+        return min(max(float(time), low), high)
+
     def seek(self, time: float) -> None:
         """Move the cursor; the visible span follows it."""
-        low, high = self.bounds
-        time = min(max(float(time), low), high)
+        time = self.within(time)
         if time != self.cursor:
             self.cursor = time
             self._reveal(time)
@@ -148,8 +152,7 @@ class ViewState(QObject):
 
     def set_range(self, start: float, end: float) -> None:
         """Mark a range, the times in any order."""
-        low, high = self.bounds
-        start, end = sorted((min(max(start, low), high), min(max(end, low), high)))
+        start, end = sorted((self.within(start), self.within(end)))
         self.range_start, self.range = None, (start, end) if end > start else None
         self.range_changed.emit()
 

@@ -24,12 +24,11 @@ from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
 from forcelab.gui.layout import (
-    ProgressBar,
+    ProgressRow,
     copyable,
     emphasise,
     fill_layout,
     muted_label,
-    push_button,
     sentence_label,
     set_enabled_with_reason,
     tool_button,
@@ -42,17 +41,12 @@ from forcelab.gui.widgets import show_text
 from forcelab.jobs import Progress
 
 
-class SampleProgress(QWidget):
-    """A progress bar and Cancel; hidden while no sample project is being made."""
+class SampleProgress(ProgressRow):
+    """How far the sample project is made; hidden while none is being made."""
 
     def __init__(self, opening: ProjectActions) -> None:
-        super().__init__()
-        self.bar = ProgressBar("Progress of the sample project")
+        super().__init__("the sample project", opening.cancel_sample)
         self.bar.setMinimumWidth(280)
-        self.cancel = push_button("Cancel", opening.cancel_sample, "Cancel the sample project")
-        fill_layout(QHBoxLayout(self), (self.bar, 1), self.cancel, margins=0)
-        self.bar.show()  # together with Cancel: only now it is no window of its own
-        self.setVisible(False)
 
     def show_progress(self, progress: Progress | None) -> None:
         """Show the progress; None when it is over."""
@@ -83,7 +77,7 @@ class Welcome(QWidget):
         )
         self._trouble = copyable()
         self._trouble.setProperty("tone", "trouble")
-        self._trouble.setVisible(False)
+        self._trouble.hide()
         self._sample_button = self._button(
             "Try the sample project", "", lambda: opening.make_sample(sample_place()), "play"
         )
@@ -181,7 +175,7 @@ class Welcome(QWidget):
 #: What is hinted at, one after the other.
 HINTS = ("play", "paint", "next")
 #: Where those are remembered that were neither followed nor closed yet.
-LEFT = "hints/left"
+PENDING = "hints/left"
 
 
 class HintBar(QFrame):
@@ -190,14 +184,14 @@ class HintBar(QFrame):
     def __init__(self, document: Document) -> None:
         super().__init__()
         self._document = document
-        self._left = tuple(hint for hint in HINTS if hint in settings.strings(LEFT))
+        self._pending = tuple(hint for hint in HINTS if hint in settings.strings(PENDING))
         self._opened = ""  # the demonstration in which the hints are shown
         self.setAccessibleName("Hint")
         self._number, self._text = QLabel(), QLabel(wordWrap=True)
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         tip = "Close this hint; it does not come back"
         self.close_button = tool_button(
-            "cross", "Close the hint", lambda: self._finish(self._left[0]), tip
+            "cross", "Close the hint", lambda: self._finish(self._pending[0]), tip
         )
         self.close_button.setAutoRaise(True)
         parts = self._number, (self._text, 1), self.close_button
@@ -212,13 +206,13 @@ class HintBar(QFrame):
 
     def begin(self) -> None:
         """Show the hints, unless they were shown before."""
-        if not settings.settings().contains(LEFT):
-            self._keep(HINTS)
+        if not settings.settings().contains(PENDING):
+            self._remember(HINTS)
 
     def _finish(self, hint: str) -> None:
         """Remember that a hint is not needed any more."""
-        if hint in self._left:
-            self._keep(tuple(other for other in self._left if other != hint))
+        if hint in self._pending:
+            self._remember(tuple(other for other in self._pending if other != hint))
 
     def _colour(self) -> None:
         c = colours()
@@ -227,9 +221,9 @@ class HintBar(QFrame):
             f"border-left: 4px solid {c.accent}; border-bottom: 1px solid {c.panel_edge}; }}"
         )
 
-    def _keep(self, left: tuple[str, ...]) -> None:
-        self._left = left
-        settings.store(LEFT, left)
+    def _remember(self, pending: tuple[str, ...]) -> None:
+        self._pending = pending
+        settings.store(PENDING, pending)
         self._show()
 
     def _play_followed(self) -> None:
@@ -248,8 +242,8 @@ class HintBar(QFrame):
         self._show()
 
     def _show(self) -> None:
-        self.setVisible(bool(self._left) and self._document.demonstration is not None)
-        if not self._left:
+        self.setVisible(bool(self._pending) and self._document.demonstration is not None)
+        if not self._pending:
             return
         play, following = (keys().shown(command) for command in ("play", "done_and_next"))
         text = {
@@ -260,5 +254,5 @@ class HintBar(QFrame):
             "next": f"All labelled? Press {following or 'Done and next'}: it is marked as done, "
             "and the next demonstration to label opens.",
         }
-        self._number.setText(f"<b>{HINTS.index(self._left[0]) + 1} of {len(HINTS)}</b>")
-        self._text.setText(text[self._left[0]])
+        self._number.setText(f"<b>{HINTS.index(self._pending[0]) + 1} of {len(HINTS)}</b>")
+        self._text.setText(text[self._pending[0]])

@@ -43,8 +43,8 @@ class CalmLabel(QLabel):
         show_text(self, text)
 
 
-def show_text(label: QLabel, text: str) -> None:
-    """Show a text; hide the label if it is empty."""
+def show_text(label: QLabel | QToolButton, text: str) -> None:
+    """Show a text; hide its label or button if it is empty."""
     if label.text() != text:
         label.setText(text)
         label.setAccessibleName(text)

@@ -55,15 +55,15 @@ WORKSPACES = ("label", "review", "capture")
 PANEL_KEYS = {"show_scalogram": "scalogram", "segments_behind": "segments_behind"}
 #: Milliseconds between two looks at what other windows and processes have changed, and from an
 #: edit to the new share in the list of demonstrations.
-LOOK_MS, LIST_MS = 1000, 600
+POLL_MS, LIST_MS = 1000, 600
+#: The share of the time that such looks may take, in a project with thousands of tracks.
+POLL_SHARE = 0.05
 #: Milliseconds after which memory that pictures and signals took is given back, again and again.
 TIDY_MS = 30_000
 #: The list's width at first, at least and at most, in pixels.
 NARROWEST, WIDEST = 200, 250
 #: In a window that is lower than so many pixels the panels need the toolbar's room.
 LOWEST_WITH_TOOLBAR = 560
-#: The share of the time that such looks may take, in a project with thousands of tracks.
-LOOK_SHARE = 0.05
 
 
 class Window(FileDrop, DockedWindow):
@@ -114,15 +114,14 @@ class Window(FileDrop, DockedWindow):
         self.setAcceptDrops(True)
         # There from the start: nothing moves when it first says something.
         self.setStatusBar(self._status_line)
-        self.statusBar().addPermanentWidget(self._sample)
-        self.statusBar().addPermanentWidget(self.review.indicator)
-        self.statusBar().addPermanentWidget(self.capture.indicator)
+        for shown in (self._sample, self.review.indicator, self.capture.indicator):
+            self._status_line.addPermanentWidget(shown)
         self.capture.indicator.clicked.connect(partial(self.show_workspace, "capture"))
         self.review.indicator.clicked.connect(partial(self.show_workspace, "review"))
         GuideKey(self, self._show_guide)
         self._standard = self.saveState(LAYOUT)
         self._list_timer = QTimer(self, singleShot=True, interval=LIST_MS)
-        self._look_timer, self._memory_timer = QTimer(self), QTimer(self, interval=TIDY_MS)
+        self._poll_timer, self._memory_timer = QTimer(self), QTimer(self, interval=TIDY_MS)
         self._connect()
         self._project_changed()
         self._apply_theme()
@@ -139,11 +138,11 @@ class Window(FileDrop, DockedWindow):
                 return False
         if project is None or not self.opening.open(project, start.demonstration):
             return False
-        low, high = self.document.view.bounds
-        at = low if start.at is None else min(max(start.at, low), high)
+        view = self.document.view
+        at = view.bounds[0] if start.at is None else view.within(start.at)
         if start.span is not None:
-            self.document.view.set_span(at - start.span / 2, at + start.span / 2)
-        self.document.view.seek(at)
+            view.set_span(at - start.span / 2, at + start.span / 2)
+        view.seek(at)
         return True
 
     def show_workspace(self, name: str) -> None:
@@ -208,7 +207,7 @@ class Window(FileDrop, DockedWindow):
             leaving.callback(self.capture.release)  # a job may be keeping a recording
             leaving.callback(self.label.release)
             leaving.callback(self._list_timer.stop)
-            leaving.callback(self._look_timer.stop)
+            leaving.callback(self._poll_timer.stop)
             leaving.callback(self._memory_timer.stop)
             if guide := self.findChild(QWidget, "guide"):
                 leaving.callback(guide.close)
@@ -344,8 +343,8 @@ class Window(FileDrop, DockedWindow):
             opening.begun.connect(self._hints.begin)
         opening.sample_opened.connect(self._train_sample)
         self._list_timer.timeout.connect(document.refresh_info)
-        self._look_timer.timeout.connect(self._look_elsewhere)
-        self._look_timer.start(LOOK_MS)
+        self._poll_timer.timeout.connect(self._poll_changes)
+        self._poll_timer.start(POLL_MS)
         self._memory_timer.timeout.connect(lambda: Thread(target=return_memory).start())
         self._memory_timer.start()
         self._show_snapping()
@@ -467,12 +466,12 @@ class Window(FileDrop, DockedWindow):
         if project is not None and not project.runs.summaries("evaluate"):
             self.review.trainer.train()
 
-    def _look_elsewhere(self) -> None:
+    def _poll_changes(self) -> None:
         """Take over what others have changed; the longer that takes, the later the next time."""
         began = time.monotonic()
         self.document.refresh()
         duration = 1000 * (time.monotonic() - began)
-        self._look_timer.setInterval(max(LOOK_MS, round(duration / LOOK_SHARE)))
+        self._poll_timer.setInterval(max(POLL_MS, round(duration / POLL_SHARE)))
 
     def _show_title(self) -> None:
         """Show what is open in the window's title."""

@@ -28,6 +28,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.arrays import Flags, Real
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
@@ -38,8 +39,6 @@ from forcelab.signals.cwt import usual_scales
 from forcelab.signals.cwt_blocks import SINGLE, TOLERANCES
 from forcelab.signals.cwt_engine import Plan, plan_for
 from forcelab.signals.wavelets import Morlet
-
-Real = NDArray[np.float64]
 
 CHANNELS = tuple(Channel(f"f{axis}{sensor}", "N") for sensor in (1, 2) for axis in "xyz")
 ACTIONS = ("still", "grab", "hold", "release")
@@ -98,36 +97,26 @@ REACH = 5.7
 
 
 @dataclass(frozen=True)
-class Library:
-    """A library by its name, and the module that is imported."""
-
-    name: str
-    module: str
-
-    @property
-    def installed(self) -> bool:
-        return find_spec(self.module) is not None
-
-    def check(self) -> None:
-        """Raise an `InputError` if it is not installed."""
-        if not self.installed:
-            raise InputError(
-                f"{self.name} is not installed ({self.module}); pip install 'forcelab[peers]' has "
-                f"it."
-            )
-
-
-@dataclass(frozen=True)
-class Peer(Library):
+class Peer:
     """A library that transforms with a Morlet wavelet."""
 
+    name: str
+    module: str  # which is imported
     #: Takes channels, shape (c, n), and scales in samples (rising, equally spaced in octaves);
     #: gives coefficients, shape (c, k, n), but for a factor of each scale.
     transform: Callable[[Real, Real], Complex]
     setting: str = "as it comes"  # how it is called
 
+    @property
+    def installed(self) -> bool:
+        return find_spec(self.module) is not None
+
     def coefficients(self, x: Real, scales: Real) -> Complex:
-        self.check()
+        if not self.installed:
+            raise InputError(
+                f"{self.name} is not installed ({self.module}); pip install 'forcelab[peers]' has "
+                f"it."
+            )
         try:
             return self.transform(x, scales)
         except ImportError as error:
@@ -458,7 +447,7 @@ class _Reference:
     largest: Real
     scales: NDArray[np.int_]
     places: NDArray[np.int_]
-    narrow: NDArray[np.bool_]  # which of the scales are narrow beside the recording
+    narrow: Flags  # which of the scales are narrow beside the recording
 
     def errors(self, coefficients: Complex, features: Features) -> _Errors:
         """The largest errors of coefficients at these scales and places."""

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.arrays import Real
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.measure.cwt import PEERS, Features, Peer, features_of
@@ -20,7 +21,6 @@ from forcelab.signals.conditioning import condition
 from forcelab.signals.cwt import cwt
 from forcelab.signals.cwt_engine import plan_for
 
-Real = NDArray[np.float64]
 Complex = NDArray[np.complexfloating[Any, Any]]
 #: Gives coefficients and features, shape (1, k, n), of one channel.
 Transformer = Callable[[NDArray[Any], Real], tuple[Complex, Features]]

@@ -7,9 +7,7 @@ Trade-off page stores what it measured as a run of the project.
 
 from __future__ import annotations
 
-import gc
 import time
-import tracemalloc
 from collections import Counter
 from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
@@ -17,7 +15,7 @@ from dataclasses import asdict, dataclass, field, replace
 from datetime import datetime
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -26,6 +24,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.labels import is_model
 from forcelab.measure.rows import Row, Table, with_front
+from forcelab.measure.timing import measure_peak, measure_seconds
 from forcelab.parallel import share_work
 from forcelab.process import interruptible
 from forcelab.project import LabelsUsed, Project, Provenance, StoredRun
@@ -46,8 +45,6 @@ from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples
 from forcelab.resources import versions
 from forcelab.text import there_are
-
-ResultT = TypeVar("ResultT")
 
 #: What the columns of the table hold.
 ERROR, SECONDS = "1 - F1@50", "recognition (CPU s per min)"
@@ -192,23 +189,6 @@ def reference_text(demonstrations: int, groups: int) -> str:
     return f"the coder's labels of {demonstrations} demonstrations, {turns}"
 
 
-def measure_seconds(make: Callable[[], ResultT]) -> tuple[ResultT, float]:
-    """A result, and the CPU seconds that it took."""
-    began = time.process_time()
-    result = make()
-    return result, time.process_time() - began
-
-
-def measure_peak(make: Callable[[], ResultT]) -> tuple[ResultT, int]:
-    """A result, and the most memory in bytes that was held at once."""
-    gc.collect()
-    tracemalloc.start()
-    try:
-        return make(), tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
-
-
 def median_and_spread(seconds: Sequence[float]) -> tuple[float, float]:
     """Median and interquartile range; a row needs a time of at least the clock's tick."""
     low, middle, high = np.percentile(seconds, [25, 50, 75]).tolist()
@@ -297,19 +277,18 @@ def measure_variants(
     parts = fold_groups([item.demonstration for item in used], folds)
     groups = sharing_features(variants)
     watch = _ProgressCounter(variants, len(parts))
-    spent: dict[int, VariantResult] = {}
+    spent: dict[Variant, VariantResult] = {}
     if current_cluster() is None:
         for alike in groups:
-            found = yield from _measure_alike(alike, used, parts, watch)
-            spent |= zip(map(id, alike), found, strict=True)
+            spent |= yield from _measure_alike(alike, used, parts, watch)
     else:
         work = partial(_measure_alike_remotely, labelled=used, parts=parts)
         with closing(share_work(work, groups, 1)) as coming:
-            for number, (alike, found) in enumerate(zip(groups, coming, strict=True), 1):
-                spent |= zip(map(id, alike), found, strict=True)
+            for number, found in enumerate(coming, 1):
+                spent |= found
                 yield Progress(number, len(groups), "measuring")
     reference = reference_text(len(used), len(parts))
-    return with_front([row_of(v.name, v.setting, spent[id(v)], size, reference) for v in variants])
+    return with_front([row_of(v.name, v.setting, spent[v], size, reference) for v in variants])
 
 
 def _measure_alike(
@@ -317,9 +296,9 @@ def _measure_alike(
     labelled: Sequence[LabelledDemonstration],
     parts: Sequence[Sequence[int]],
     watch: _ProgressCounter,
-) -> Generator[Progress, None, list[VariantResult]]:
+) -> Generator[Progress, None, dict[Variant, VariantResult]]:
     """What variants that share their features spend, one after the other."""
-    spent = {id(variant): VariantResult() for variant in alike}
+    spent = {variant: VariantResult() for variant in alike}
     try:
         prepared = yield from _compute_features(labelled, alike[0], watch)
     except InputError as error:
@@ -327,14 +306,14 @@ def _measure_alike(
     else:
         for group in sharing_fit(alike):
             yield from _measure_folds(prepared, group, parts, spent, watch)
-    return [spent[id(variant)] for variant in alike]
+    return spent
 
 
 def _measure_alike_remotely(
     alike: Sequence[Variant],
     labelled: Sequence[LabelledDemonstration],
     parts: Sequence[Sequence[int]],
-) -> list[VariantResult]:
+) -> dict[Variant, VariantResult]:
     return finish(_measure_alike(alike, labelled, parts, _ProgressCounter(alike, len(parts))))
 
 
@@ -352,11 +331,11 @@ class _ProgressCounter:
 
 
 def _note_refusal(
-    variants: Sequence[Variant], spent: dict[int, VariantResult], error: InputError
+    variants: Sequence[Variant], spent: dict[Variant, VariantResult], error: InputError
 ) -> None:
     """Remember why some variants have no figures."""
     for variant in variants:
-        spent[id(variant)].refusal = str(error)
+        spent[variant].refusal = str(error)
 
 
 def _compute_features(
@@ -382,7 +361,7 @@ def _measure_folds(
     prepared: Prepared,
     group: Sequence[Variant],
     parts: Sequence[Sequence[int]],
-    spent: dict[int, VariantResult],
+    spent: dict[Variant, VariantResult],
     watch: _ProgressCounter,
 ) -> Generator[Progress, None, None]:
     """Fit what a group of variants shares, then recognise the left-out ones by each of them."""
@@ -401,7 +380,7 @@ def _measure_folds(
                     settings=variant.settings,
                     grammar=recogniser.grammar if variant.settings.decodes else None,
                 )
-                result = spent[id(variant)]
+                result = spent[variant]
                 result.fit += fitted
                 result.trained += sum(m for i, m in enumerate(prepared.minutes) if i not in part)
                 for i in part:

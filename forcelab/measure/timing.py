@@ -96,21 +96,32 @@ def timed_methods(
     return tuple(_summarise(first, rest) for first, rest in zip(tried, seconds, strict=True))
 
 
-def _try(method: Method[Any, JudgedT], clock: Callable[[], float]) -> Timed[JudgedT]:
-    """Run a method once: for its result, its memory and about how long it takes."""
+def measure_seconds(
+    make: Callable[[], ResultT], clock: Callable[[], float] = time.process_time
+) -> tuple[ResultT, float]:
+    """A result, and the CPU seconds that it took."""
+    began = clock()
+    result = make()
+    return result, clock() - began
+
+
+def measure_peak(make: Callable[[], ResultT]) -> tuple[ResultT, int]:
+    """A result, and the most memory in bytes that was held at once."""
     gc.collect()
     tracemalloc.start()
     try:
-        before, _ = tracemalloc.get_traced_memory()
-        start = clock()
-        result = method.run()
-        seconds = clock() - start
-        _, peak = tracemalloc.get_traced_memory()
-        return Timed(method.judge(result), seconds, peak_bytes=peak - before)
-    except InputError as error:
-        return Timed(None, refusal=str(error))
+        return make(), tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
+
+
+def _try(method: Method[Any, JudgedT], clock: Callable[[], float]) -> Timed[JudgedT]:
+    """Run a method once: for its result, its memory and about how long it takes."""
+    try:
+        (result, seconds), peak = measure_peak(lambda: measure_seconds(method.run, clock))
+        return Timed(method.judge(result), seconds, peak_bytes=peak)
+    except InputError as error:
+        return Timed(None, refusal=str(error))
 
 
 def _seconds(run: Callable[[], object], clock: Callable[[], float]) -> float:

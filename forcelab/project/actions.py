@@ -24,6 +24,11 @@ from forcelab.project.tracks import NUMBER, RENAMED, TrackStore
 from forcelab.text import counted, listed, natural_order, task_text, unknown_word
 from forcelab.vocabulary import MOST_ACTIONS, Action, Vocabulary, joined
 
+#: All segments, each with its track, the track's author and demonstration.
+_SEGMENTS = (
+    "segment JOIN track ON track.id = segment.track JOIN author ON author.id = track.author "
+    "JOIN demonstration ON demonstration.id = track.demonstration"
+)
 #: A sentence names so many tasks or coders, and only counts further ones.
 MOST_NAMED = 5
 
@@ -123,12 +128,8 @@ class ActionStore:
 
     def painted(self, task: str) -> frozenset[str]:
         """The actions that any coder's or model's segment of a task has."""
-        rows = self._db.all(
-            "SELECT DISTINCT action FROM segment JOIN track ON track.id = segment.track "
-            "JOIN demonstration ON demonstration.id = track.demonstration WHERE task = ?",
-            task,
-        )
-        return frozenset(row["action"] for row in rows)
+        rows = self._db.all(f"SELECT DISTINCT action FROM {_SEGMENTS} WHERE task = ?", task)
+        return frozenset(action for (action,) in rows)
 
     def set_vocabulary(
         self,
@@ -138,23 +139,11 @@ class ActionStore:
         before: Vocabulary | None = None,
         recoloured: str = "",
     ) -> bool:
-        """Replace the actions of a task; no label changes.
+        """Replace the actions of a task; no label changes. Gives whether it was written.
 
-        Parameters
-        ----------
-        task : str
-        vocabulary : Vocabulary
-            The actions from now on.
-        before : Vocabulary, optional
-            What it is made from: where another process has changed that, nothing is written.
-        recoloured : str, optional
-            The action that has got another colour. Other tasks where it looked as it did here
-            follow, unless it would need a texture there.
-
-        Returns
-        -------
-        bool
-            Whether it was written.
+        It was made from `before`: where another process has changed that, nothing is written. Other
+        tasks where the action `recoloured` looked as it did here get its new colour, unless it
+        would need a texture there.
         """
         with self._db.writing():
             old = self.vocabulary(task)
@@ -227,9 +216,7 @@ class ActionStore:
         shared = frozenset(row["task"] for row in visible) | self._coding.blind_tasks(author)
         offering = {task for task, vocabulary in known.items() if old in vocabulary}
         if not (own_rows or visible or offering):
-            names = dict.fromkeys(
-                name for vocabulary in known.values() for name in vocabulary.names
-            )
+            names = dict.fromkeys(name for actions in known.values() for name in actions.names)
             raise InputError(unknown_word("action", old, names or ("none at all",)))
         changing = {row["task"] for row in own_rows} | (offering - shared)
         if not changing:
@@ -284,11 +271,6 @@ class ActionStore:
             Whether the new name may be that of an action there is. What had the two names cannot
             be told apart any more, but by the history; no segments become one.
 
-        Returns
-        -------
-        ActionRename
-            What has changed.
-
         Raises
         ------
         InputError
@@ -323,10 +305,8 @@ class ActionStore:
         """
         hidden = self._coding.blind_to(author)
         rows = self._db.all(
-            "SELECT DISTINCT demonstration, author.name AS author FROM segment "
-            "JOIN track ON track.id = segment.track JOIN author ON author.id = track.author "
-            "JOIN demonstration ON demonstration.id = track.demonstration "
-            "WHERE action = ? AND task = ?",
+            "SELECT DISTINCT demonstration, author.name AS author "
+            f"FROM {_SEGMENTS} WHERE action = ? AND task = ?",
             action,
             task,
         )
@@ -394,10 +374,9 @@ class ActionStore:
     def _uses(self, action: str) -> list[sqlite3.Row]:
         """How many segments of an action each coder has on each demonstration."""
         return self._db.all(
-            "SELECT demonstration, task, author.name AS author, count(*) AS segments FROM segment "
-            "JOIN track ON track.id = segment.track JOIN author ON author.id = track.author "
-            "JOIN demonstration ON demonstration.id = track.demonstration "
-            "WHERE action = ? AND kind = 'coder' GROUP BY track.id ORDER BY author.id, track.id",
+            "SELECT demonstration, task, author.name AS author, count(*) AS segments "
+            f"FROM {_SEGMENTS} WHERE action = ? AND kind = 'coder' "
+            "GROUP BY track.id ORDER BY author.id, track.id",
             action,
         )
 

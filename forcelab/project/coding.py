@@ -60,23 +60,15 @@ class CodingStore:
         return tuple(dict.fromkeys([*self.coders(), *assigned, *noted]))
 
     def assign(self, demonstration: str, author: str, blind: bool = True) -> Assignment:
-        """Assign a demonstration to a coder.
+        """Assign a demonstration to a coder, who need not have labelled anything yet.
 
-        What is assigned already keeps its time and whether it is done.
-
-        Parameters
-        ----------
-        demonstration : str
-            Its id.
-        author : str
-            The coder, who need not have labelled anything yet.
-        blind : bool
-            Whether the other tracks and all predictions are hidden from the coder until done.
+        With `blind` the other tracks and all predictions are hidden from the coder until it is
+        done. What is assigned already keeps its time and whether it is done.
 
         Raises
         ------
         InputError
-            If there is no such demonstration, or the author has no name or is a model.
+            If the author has no name or is a model.
         """
         with self._db.writing():
             self._db.demonstration(demonstration)
@@ -87,13 +79,7 @@ class CodingStore:
             return self._standing_assignment(demonstration, author)
 
     def unassign(self, demonstration: str, author: str) -> None:
-        """Take an assignment back; no label changes.
-
-        Raises
-        ------
-        InputError
-            If the demonstration is not assigned to the author.
-        """
+        """Take an assignment back; InputError if there is none. No label changes."""
         with self._db.writing():
             self._standing_assignment(demonstration, author)
             self._insert_assignment(demonstration, author, "removed")
@@ -106,8 +92,8 @@ class CodingStore:
         Raises
         ------
         InputError
-            If there is no such demonstration, the author has no name or is a model, or what is
-            to be opened again is not assigned to the author.
+            If the author has no name or is a model, or what is to be opened again is not assigned
+            to the author.
         """
         with self._db.writing():
             if done and self._assignment(demonstration, author) is None:
@@ -165,19 +151,12 @@ class CodingStore:
     def set_note(self, demonstration: str, author: str, text: str) -> None:
         """Write a coder's note on a demonstration in place of the one there, which stays known.
 
-        Parameters
-        ----------
-        demonstration : str
-            Its id.
-        author : str
-            The coder, who need not have labelled anything yet.
-        text : str
-            As of :class:`~forcelab.project.records.Note`; ``""`` takes the note away.
+        The text is as of :class:`~forcelab.project.records.Note`; ``""`` takes the note away.
 
         Raises
         ------
         InputError
-            If there is no such demonstration, or the author has no name or is a model.
+            If the author, who need not have labelled anything yet, has no name or is a model.
         """
         with self._db.writing():
             self._db.demonstration(demonstration)
@@ -249,22 +228,14 @@ class CodingStore:
         )
 
     def add_verdict(self, verdict: Verdict) -> StoredVerdict:
-        """Keep a verdict for ever; no label changes.
+        """Keep a verdict for ever, with the time now where it has none; no label changes.
 
-        Parameters
-        ----------
-        verdict : Verdict
-            One of the kind ``"withdrawn"`` takes back what was said of the same place before.
-
-        Returns
-        -------
-        StoredVerdict
-            With its number, and with the time now where it had none.
+        One of the kind ``"withdrawn"`` takes back what was said of the same place before.
 
         Raises
         ------
         InputError
-            If there is no such demonstration or run, the stretch is empty, or a name is blank.
+            If there is no such run, the stretch is empty, or a name is blank.
         """
         return self.add_verdicts((verdict,))[0]
 
@@ -275,20 +246,10 @@ class CodingStore:
             return tuple(_insert_verdict(self._db, verdict) for verdict in verdicts)
 
     def verdicts(self, demonstration: str | None = None) -> tuple[StoredVerdict, ...]:
-        """The verdicts that count: of each place the latest, unless it was withdrawn.
+        """The verdicts on one demonstration or on all that count, the first one first.
 
-        A place is a stretch of a coder's labels over a demonstration with what coder and model see
-        there; see :attr:`Verdict.place`.
-
-        Parameters
-        ----------
-        demonstration : str, optional
-            Its id; by default those on all demonstrations.
-
-        Returns
-        -------
-        tuple of StoredVerdict
-            In the order in which they were given.
+        That is of each place the latest, unless it was withdrawn. A place is a stretch of a coder's
+        labels with what coder and model see there; see :attr:`Verdict.place`.
         """
         latest = {verdict.place: verdict for verdict in self.verdict_events(demonstration)}
         counting = (verdict for verdict in latest.values() if verdict.verdict != "withdrawn")
@@ -380,12 +341,11 @@ def follow_edit(database: Database, edit: Edit, original: Edit) -> None:
         verdict.place: verdict for verdict in map(_verdict, rows) if changed_labels(verdict)
     }
     for place, verdict in verdicts.items():
-        latest = database.one(
+        (latest,) = database.all(
             "SELECT verdict, time FROM verdict WHERE demonstration = ? AND coder = ? "
             "AND start = ? AND end = ? AND human IS ? AND predicted IS ? ORDER BY id DESC LIMIT 1",
             *place,
         )
-        assert latest is not None
         if edit.kind == "redo" and latest["verdict"] == "withdrawn":
             _insert_verdict(database, verdict)
         elif edit.kind == "undo" and latest["verdict"] == "model":
@@ -407,9 +367,7 @@ def _insert_verdict(database: Database, verdict: Verdict) -> StoredVerdict:
         run=verdict.run if verdict.run is None or _has_run(database, verdict.run) else None,
         time=(verdict.time or utc_now()).isoformat(),
     )
-    row = database.one("SELECT * FROM verdict WHERE id = ?", number)
-    assert row is not None
-    return _verdict(row)
+    return _verdict(*database.all("SELECT * FROM verdict WHERE id = ?", number))
 
 
 def _check_verdict(database: Database, verdict: Verdict) -> None:

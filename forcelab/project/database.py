@@ -14,13 +14,7 @@ from typing import Final
 from urllib.parse import quote
 
 from forcelab.errors import InputError, StoreBusyError
-from forcelab.project.files import (
-    DEMONSTRATIONS,
-    STORED_ID,
-    STORED_VIDEO,
-    check_file,
-    check_folder,
-)
+from forcelab.project.files import DEMONSTRATIONS, STORED_ID, STORED_VIDEO, check_file, check_folder
 from forcelab.project.records import AuthorKind
 from forcelab.project.schema import APPLICATION_ID, MIGRATIONS, check_version, migrate, pragma
 
@@ -162,7 +156,7 @@ _SETTINGS = (
 )
 
 #: Bytes up to which a store is checked page by page when it is opened.
-_QUICK = 4 << 20
+_QUICK_CHECK_BYTES = 4 << 20
 
 
 def probe(folder: Path) -> None:
@@ -198,11 +192,11 @@ def probe(folder: Path) -> None:
         raise InputError(_damaged(folder, "malformed")) from error
     except sqlite3.DatabaseError as error:
         # With a journal it may be whole once SQLite has taken that into account.
-        if not _in_journal(folder):
+        if not _has_journal(folder):
             raise InputError(error_sentence(folder, error, 0)) from error
 
 
-def connected(folder: Path, timeout: float, writable: bool) -> tuple[sqlite3.Connection, str]:
+def open_store(folder: Path, timeout: float, writable: bool) -> tuple[sqlite3.Connection, str]:
     """Connect to the file, or to a copy of it in memory, with this version's tables.
 
     The second value says in a sentence why nothing can be written; empty where it can.
@@ -210,9 +204,9 @@ def connected(folder: Path, timeout: float, writable: bool) -> tuple[sqlite3.Con
     with store_errors(folder, timeout):
         if not writable:
             refusal = f"'{folder}' may only be read here; copy it to where you may write."
-            return _ready(_unwritten(folder, timeout), folder), refusal
+            return _prepare(_connect_read_only(folder, timeout), folder), refusal
         try:
-            return _ready(_connect(folder, "rw", timeout), folder), ""
+            return _prepare(_connect(folder, "rw", timeout), folder), ""
         except sqlite3.OperationalError as error:
             if error_kind(error) not in {"disk", "rights"}:
                 raise
@@ -220,14 +214,14 @@ def connected(folder: Path, timeout: float, writable: bool) -> tuple[sqlite3.Con
                 f"'{folder}' could only be opened to be read ({error}); make room on the disk or "
                 f"check it, then open it again."
             )
-        return _ready(_without_room(folder, timeout), folder), refusal
+        return _prepare(_connect_without_room(folder, timeout), folder), refusal
 
 
-def _unwritten(folder: Path, timeout: float) -> sqlite3.Connection:
+def _connect_read_only(folder: Path, timeout: float) -> sqlite3.Connection:
     """Connect where nothing may be written; an older version's tables are copied into memory."""
     mode = "ro"  # somebody has it open elsewhere, and what is written there is seen here
     if not all((folder / f"{FILE}-{end}").exists() for end in ("wal", "shm")):
-        if _in_journal(folder):  # which cannot be read without an index beside it
+        if _has_journal(folder):  # which cannot be read without an index beside it
             raise InputError(
                 f"'{folder}' may only be read here and was not closed by whoever wrote it; open it "
                 f"once where it may be written."
@@ -236,23 +230,23 @@ def _unwritten(folder: Path, timeout: float) -> sqlite3.Connection:
     connection = _connect(folder, mode, timeout)
     with _closed_on_error(connection):
         version = pragma(connection, "user_version")
-    return connection if version == len(MIGRATIONS) else _copied(connection)
+    return connection if version == len(MIGRATIONS) else _copy_in_memory(connection)
 
 
-def _without_room(folder: Path, timeout: float) -> sqlite3.Connection:
+def _connect_without_room(folder: Path, timeout: float) -> sqlite3.Connection:
     """A copy in memory of a file beside which there is no room for what SQLite makes there.
 
     That is the index of the journal, which those who have the file open share. Whoever has the
     file alone needs none: for as long as copying takes nobody else gets at it.
     """
     if not (folder / f"{FILE}-wal").exists():  # then nobody has it open, and nobody can
-        return _copied(_connect(folder, "ro&immutable=1", timeout))
+        return _copy_in_memory(_connect(folder, "ro&immutable=1", timeout))
     connection = _connect(folder, "rw", timeout)
     connection.execute("PRAGMA locking_mode = EXCLUSIVE")  # before anything is read
-    return _copied(connection)
+    return _copy_in_memory(connection)
 
 
-def _copied(file: sqlite3.Connection) -> sqlite3.Connection:
+def _copy_in_memory(file: sqlite3.Connection) -> sqlite3.Connection:
     """A copy of a store in memory; the file is let go of."""
     copy = sqlite3.connect(":memory:", isolation_level=None)
     with contextlib.closing(file), _closed_on_error(copy):
@@ -275,7 +269,7 @@ def store_uri(file: PurePath, mode: str) -> str:
     return f"file://{'' if path.startswith('/') else '/'}{path}?mode={mode}"
 
 
-def _ready(connection: sqlite3.Connection, folder: Path) -> sqlite3.Connection:
+def _prepare(connection: sqlite3.Connection, folder: Path) -> sqlite3.Connection:
     """The connection as all of the program uses it, an older version brought up to date."""
     connection.row_factory = sqlite3.Row
     with _closed_on_error(connection):
@@ -288,31 +282,29 @@ def _ready(connection: sqlite3.Connection, folder: Path) -> sqlite3.Connection:
 
 def _check_values(connection: sqlite3.Connection, folder: Path) -> None:
     """Refuse values that no forcelab writes: wrong types, numbers without bounds, file names."""
-    if pragma(connection, "page_count") * pragma(connection, "page_size") <= _QUICK:
+    if pragma(connection, "page_count") * pragma(connection, "page_size") <= _QUICK_CHECK_BYTES:
         for (message,) in connection.execute("PRAGMA quick_check"):
             if message == "ok" or message in _REMOVABLE:
                 continue
             raise InputError(_damaged(folder, str(message).splitlines()[-1].replace(". ", ", ")))
-    for table, conditions in _WRONG.items():
+    for table, conditions in _IMPOSSIBLE.items():
         violation = " OR ".join(conditions)
         if connection.execute(f"SELECT 1 FROM {table} WHERE {violation} LIMIT 1").fetchone():
             raise InputError(_damaged(folder, f"the table '{table}' holds what cannot be"))
-    for row in connection.execute("SELECT id FROM demonstration"):
-        if not STORED_ID.fullmatch(row["id"]):
-            raise InputError(_damaged(folder, "a demonstration's id is none"))
-    for row in connection.execute("SELECT file FROM video"):
-        if not STORED_VIDEO.fullmatch(row["file"]):
-            raise InputError(_damaged(folder, "a video has a name that forcelab does not give"))
-    for row in connection.execute("SELECT id FROM recogniser"):
-        if not STORED_ID.fullmatch(row["id"]):
-            raise InputError(_damaged(folder, "a recogniser's id is none"))
+    for query, pattern, damage in (
+        ("SELECT id FROM demonstration", STORED_ID, "a demonstration's id is none"),
+        ("SELECT file FROM video", STORED_VIDEO, "a video has a name that forcelab does not give"),
+        ("SELECT id FROM recogniser", STORED_ID, "a recogniser's id is none"),
+    ):
+        if not all(pattern.fullmatch(name) for (name,) in connection.execute(query)):
+            raise InputError(_damaged(folder, damage))
 
 
 def _damaged(folder: Path, damage: str) -> str:
     return f"The store of '{folder}' is damaged ({damage}); restore {FILE} from a copy."
 
 
-def _of_other_kind(kind: str, *columns: str) -> str:
+def _not_of_type(kind: str, *columns: str) -> str:
     return " OR ".join(f"typeof({column}) <> '{kind}'" for column in columns)
 
 
@@ -324,11 +316,11 @@ def _beyond(*columns: str) -> str:
 #: What is told where such a thing is read, and can be removed.
 _REMOVABLE = tuple(f"CHECK constraint failed in {table}" for table in ("recogniser", "run"))
 #: By table, each of what is true of rows that no forcelab writes.
-_WRONG = {
+_IMPOSSIBLE = {
     "demonstration": (
-        _of_other_kind("text", "id", "name", "task", "channels", "source"),
-        _of_other_kind("integer", "samples"),
-        _of_other_kind("real", "period", "duration"),
+        _not_of_type("text", "id", "name", "task", "channels", "source"),
+        _not_of_type("integer", "samples"),
+        _not_of_type("real", "period", "duration"),
         _beyond("samples", "period", "duration", "grid_rate"),
         "period < 1e-12 OR duration <= 0 OR grid_rate <= 1e-12",
         "samples < 2",
@@ -336,37 +328,37 @@ _WRONG = {
         "coalesce(video, video_offset, video_rate) IS NOT NULL",
     ),
     "video": (
-        _of_other_kind("text", "demonstration", "name", "file"),
-        _of_other_kind("integer", "position"),
-        _of_other_kind("real", "offset", "rate"),
+        _not_of_type("text", "demonstration", "name", "file"),
+        _not_of_type("integer", "position"),
+        _not_of_type("real", "offset", "rate"),
         _beyond("position", "offset", "rate"),
         "position < 0 OR rate <= 1e-12",
         "demonstration NOT IN (SELECT id FROM demonstration)",
     ),
-    "author": (_of_other_kind("text", "name", "kind"), "kind NOT IN ('coder', 'model')"),
+    "author": (_not_of_type("text", "name", "kind"), "kind NOT IN ('coder', 'model')"),
     "track": (
-        _of_other_kind("text", "demonstration"),
+        _not_of_type("text", "demonstration"),
         "demonstration NOT IN (SELECT id FROM demonstration)",
         "author NOT IN (SELECT id FROM author)",
     ),
     "segment": (
-        _of_other_kind("real", "start", "end"),
-        _of_other_kind("text", "action"),
+        _not_of_type("real", "start", "end"),
+        _not_of_type("text", "action"),
         _beyond("start", "end"),
         "end <= start",
     ),
     "edit": (
-        _of_other_kind("text", "kind", "time", "what", "removed", "inserted"),
-        _of_other_kind("integer", "track", "position"),
+        _not_of_type("text", "kind", "time", "what", "removed", "inserted"),
+        _not_of_type("integer", "track", "position"),
     ),
-    "vocabulary": (_of_other_kind("text", "task", "actions"),),
-    "recogniser": (_of_other_kind("text", "id", "name"),),
-    "assignment": (_of_other_kind("text", "demonstration", "author", "kind", "time"),),
+    "vocabulary": (_not_of_type("text", "task", "actions"),),
+    "recogniser": (_not_of_type("text", "id", "name"),),
+    "assignment": (_not_of_type("text", "demonstration", "author", "kind", "time"),),
     "verdict": (
-        _of_other_kind("text", "demonstration", "author", "coder", "verdict", "time"),
+        _not_of_type("text", "demonstration", "author", "coder", "verdict", "time"),
         _beyond("start", "end"),
     ),
-    "note": (_of_other_kind("text", "demonstration", "author", "text", "time"),),
+    "note": (_not_of_type("text", "demonstration", "author", "text", "time"),),
 }
 
 
@@ -380,14 +372,14 @@ def _closed_on_error(connection: sqlite3.Connection) -> Iterator[None]:
         raise
 
 
-def _in_journal(folder: Path) -> bool:
+def _has_journal(folder: Path) -> bool:
     """Whether something lies in the journal that the file has not got yet."""
     journal = folder / f"{FILE}-wal"
     return journal.is_file() and journal.stat().st_size > 0
 
 
 #: Free pages of the store that are given back to the disk: so many bytes, and this share of it.
-LEAST, SHARE = 1 << 20, 0.25
+VACUUM_BYTES, VACUUM_SHARE = 1 << 20, 0.25
 #: What a column holds.
 Value = str | int | float | None
 
@@ -403,10 +395,10 @@ class Database:
         self._syncing: WalSync | None = None
         probe(folder)
         writable = os.access(folder, os.W_OK) and os.access(folder / FILE, os.W_OK)
-        self._connection, self._refusal = connected(folder, timeout, writable)
+        self._connection, self._refusal = open_store(folder, timeout, writable)
         with _closed_on_error(self._connection):
             self._seen_version = self.pragma("data_version")
-            self._place = _place(folder / FILE)
+            self._identity = _file_identity(folder / FILE)
 
     @property
     def read_only(self) -> bool:
@@ -535,17 +527,15 @@ class Database:
 
     def _refuse_gone(self) -> None:
         """Make sure that the open file is the one under its name: what it gets would be lost."""
-        if _place(self.folder / FILE) != self._place:
+        if _file_identity(self.folder / FILE) != self._identity:
             raise InputError(
                 f"'{self.folder}' was removed, moved or replaced while it was open, so nothing was "
                 f"changed; put it back or open it where it is now."
             )
 
-    @contextlib.contextmanager
-    def reading(self) -> Iterator[None]:
+    def reading(self) -> contextlib.AbstractContextManager[None]:
         """A transaction in which the project stands still, whatever others commit."""
-        with self._transaction("BEGIN"):
-            yield
+        return self._transaction("BEGIN")
 
     @contextlib.contextmanager
     def _transaction(self, begin: str) -> Iterator[None]:
@@ -567,33 +557,30 @@ class Database:
         """Whether there is a transaction now."""
         return self._connection.in_transaction
 
+    @contextlib.contextmanager
+    def without_trigger(self, trigger: str) -> Iterator[None]:
+        """Lift one of the triggers by which the store refuses to change what people did.
 
-@contextlib.contextmanager
-def without_trigger(database: Database, trigger: str) -> Iterator[None]:
-    """Lift one of the triggers by which the store refuses to change what people did.
+        Only inside a transaction, in which no other process can write: it is back at its end,
+        whatever happens.
+        """
+        (keeper,) = self.all("SELECT sql FROM sqlite_schema WHERE name = ?", trigger)
+        self.execute(f"DROP TRIGGER {trigger}")
+        yield
+        self.execute(keeper["sql"])
 
-    Only inside a transaction, in which no other process can write: it is back at its end, whatever
-    happens.
-    """
-    keeper = database.one("SELECT sql FROM sqlite_schema WHERE name = ?", trigger)
-    assert keeper is not None
-    database.execute(f"DROP TRIGGER {trigger}")
-    yield
-    database.execute(keeper["sql"])
+    def give_back(self) -> None:
+        """Make the file smaller where much of it is free; otherwise the next run fills that.
 
-
-def give_back(database: Database) -> None:
-    """Make the store's file smaller where much of it is free; otherwise the next run fills that.
-
-    SQLite writes it anew, whole or not at all. Where it cannot, as the disk is full or another
-    program is at work, the file stays as large as it was.
-    """
-    pages, free, size = map(database.pragma, ("page_count", "freelist_count", "page_size"))
-    if free * size < LEAST or free < SHARE * pages:
-        return
-    with contextlib.suppress(InputError):
-        database.execute("VACUUM")
-        database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+        SQLite writes it anew, whole or not at all. Where it cannot, as the disk is full or another
+        program is at work, the file stays as large as it was.
+        """
+        pages, free, size = map(self.pragma, ("page_count", "freelist_count", "page_size"))
+        if free * size < VACUUM_BYTES or free < VACUUM_SHARE * pages:
+            return
+        with contextlib.suppress(InputError):
+            self.execute("VACUUM")
+            self.execute("PRAGMA wal_checkpoint(TRUNCATE)")
 
 
 def fits(number: int) -> bool:
@@ -601,7 +588,7 @@ def fits(number: int) -> bool:
     return -(2**63) <= number < 2**63
 
 
-def _place(file: Path) -> tuple[int, int] | None:
+def _file_identity(file: Path) -> tuple[int, int] | None:
     """What tells a file from every other one; None where there is none, or it cannot be seen."""
     try:
         status = file.stat()

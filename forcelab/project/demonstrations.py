@@ -32,13 +32,7 @@ from forcelab.labels import Track, is_model
 from forcelab.project import files
 from forcelab.project.actions import ActionStore
 from forcelab.project.coding import CodingStore
-from forcelab.project.database import (
-    Database,
-    Value,
-    content_errors,
-    give_back,
-    without_trigger,
-)
+from forcelab.project.database import Database, Value, content_errors
 from forcelab.project.files import DEMONSTRATIONS
 from forcelab.project.media import remove_unused_videos, video_rows, write_video
 from forcelab.project.records import (
@@ -94,13 +88,7 @@ class DemonstrationStore:
         )
 
     def info(self, demonstration: str) -> DemonstrationInfo:
-        """The name, task, length and labelled time of a demonstration, by its id.
-
-        Raises
-        ------
-        InputError
-            If there is no such demonstration.
-        """
+        """The name, task, length and labelled time of a demonstration, by its id."""
         query = f"{_LABELLED} WHERE track.demonstration = ? ORDER BY author.id"
         return _info(
             self._db.demonstration(demonstration),
@@ -114,29 +102,15 @@ class DemonstrationStore:
         return tuple(sorted((row["task"] for row in rows), key=natural_order))
 
     def check_task(self, task: str) -> None:
-        """Refuse a task that no demonstration has.
-
-        Raises
-        ------
-        InputError
-            If it is none; the sentence names those that there are.
-        """
+        """Raise InputError, which names the tasks that there are, if no demonstration has this."""
         tasks = self.tasks()
         if task not in tasks:
             raise InputError(unknown_word("task", task, tasks or ("none at all",)))
 
     def id_of(self, key: str) -> str:
-        """The id of a demonstration, whose files are not looked at.
+        """The id of a demonstration, by its id, its name, or six or more first digits of its id.
 
-        Parameters
-        ----------
-        key : str
-            Its id, its name, or the first six or more digits of its id.
-
-        Raises
-        ------
-        InputError
-            If there is none or more than one such demonstration.
+        Its files are not looked at. InputError if there is none or more than one.
         """
         return str(self._find(key)["id"])
 
@@ -151,8 +125,7 @@ class DemonstrationStore:
         Raises
         ------
         InputError
-            If there is none or more than one such demonstration, or a file of it is missing,
-            truncated or another one.
+            If there is none or more than one, or a file of it is missing, truncated or another one.
         """
         row = self._find(key)
         home = self._db.demonstration_folder(row["id"])
@@ -184,26 +157,14 @@ class DemonstrationStore:
         return demonstration
 
     def truth(self, demonstration: str) -> dict[str, Any] | None:
-        """The truth that was stored when it was added; None for all but simulated ones.
-
-        Raises
-        ------
-        InputError
-            If there is no such demonstration or the file is damaged.
-        """
+        """The truth that was stored when it was added; None for all but simulated ones."""
         self._db.demonstration(demonstration)
         return files.read_json(self._db.demonstration_folder(demonstration) / _TRUTH)
 
     def add(
         self, demonstration: Demonstration, tracks: Iterable[Track] = (), source: str = ""
     ) -> AddResult:
-        """Add one demonstration; see :meth:`add_all`.
-
-        Parameters
-        ----------
-        demonstration, tracks, source
-            As of :class:`NewDemonstration`.
-        """
+        """Add one demonstration, as :class:`NewDemonstration` has it; see :meth:`add_all`."""
         return self.add_all([NewDemonstration(demonstration, tuple(tracks), source)])[0]
 
     def add_all(self, demonstrations: Iterable[NewDemonstration]) -> tuple[AddResult, ...]:
@@ -213,17 +174,7 @@ class DemonstrationStore:
         of the one of its name; others stay. Where another demonstration of the task has the name, a
         number is put after it. An author's track is imported if there is none or it is as last
         imported; if it was edited since, it stays. Actions that the task's vocabulary lacks are
-        added to it, with the looks that were given where these are free.
-
-        Parameters
-        ----------
-        demonstrations : iterable of NewDemonstration
-            What is to be added, in this order.
-
-        Returns
-        -------
-        tuple of AddResult
-            What became of each.
+        added to it, with the looks that were given where these are free. Gives what became of each.
 
         Raises
         ------
@@ -292,8 +243,8 @@ class DemonstrationStore:
         StaleTrackError
             If a track is not what it was when the import was prepared.
         InputError
-            If there is no such demonstration, labels lie beyond it by more than a second and 5 %
-            of it, or the author is a model.
+            If labels lie beyond their demonstration by more than a second and 5 % of it, or the
+            author is a model.
         """
         with self._db.writing():
             for each in imports:
@@ -309,20 +260,9 @@ class DemonstrationStore:
     def set_task(self, demonstration: str, task: str) -> None:
         """Put a demonstration into another task; its vocabulary gets the actions it lacks.
 
-        The task that it leaves gives up the actions that came with its import and that no other
-        demonstration there has.
-
-        Parameters
-        ----------
-        demonstration : str
-            Its id.
-        task : str
-            The task, which need not be known; ``""`` for none.
-
-        Raises
-        ------
-        InputError
-            If there is no such demonstration, or another one of the task has its name.
+        The task need not be known; ``""`` is none. The one that it leaves gives up the actions that
+        came with its import and that no other demonstration there has. InputError if another
+        demonstration of the task has its name.
         """
         task = " ".join(task.split())
         check_length(task, "task")
@@ -348,11 +288,7 @@ class DemonstrationStore:
     def rename(self, demonstration: str, name: str) -> None:
         """Give a demonstration another name.
 
-        Raises
-        ------
-        InputError
-            If there is no such demonstration, the name is blank, or another demonstration of the
-            task has it.
+        InputError if that is blank, or another demonstration of the task has it.
         """
         name = name.strip()
         if not name:
@@ -385,8 +321,8 @@ class DemonstrationStore:
         Raises
         ------
         InputError
-            If there is no such demonstration, or it was labelled, assigned, reviewed or used for
-            training or evaluation since: it stays then.
+            If it was labelled, assigned, reviewed or used for training or evaluation since: it
+            stays then.
         """
         self._remove(
             [demonstration], lambda id_: self._what_was_done(id_, heads), "since it was recorded"
@@ -406,10 +342,10 @@ class DemonstrationStore:
         Raises
         ------
         InputError
-            If there is none of one of them, or a coder's labels are others than those: all stay.
+            If a coder's labels are others than those: all stay.
         """
         self._remove(heads, lambda id_: self._labelled_since(id_, heads[id_]), "meanwhile")
-        give_back(self._db)
+        self._db.give_back()
 
     def _find(self, key: str) -> sqlite3.Row:
         """The demonstration with this id, name or beginning of an id."""
@@ -478,19 +414,16 @@ class DemonstrationStore:
 
     def _delete_rows(self, id_: str) -> None:
         """Delete the rows of a demonstration, inside a transaction."""
-        authors = [
-            row["author"]
-            for row in self._db.all("SELECT author FROM track WHERE demonstration = ?", id_)
-        ]
+        authors = self._db.all("SELECT author FROM track WHERE demonstration = ?", id_)
         self._db.execute(f"DELETE FROM segment WHERE track IN ({_TRACKS})", id_)
         # The store refuses to delete what people did; of this demonstration it may go.
         for table in _PERMANENT:
             condition = f"track IN ({_TRACKS})" if table == "edit" else "demonstration = ?"
-            with without_trigger(self._db, f"{table}_is_not_deleted"):
+            with self._db.without_trigger(f"{table}_is_not_deleted"):
                 self._db.execute(f"DELETE FROM {table} WHERE {condition}", id_)
         self._db.execute("DELETE FROM track WHERE demonstration = ?", id_)
         self._db.execute("DELETE FROM video WHERE demonstration = ?", id_)
-        for author in authors:
+        for (author,) in authors:
             self._db.execute(
                 "DELETE FROM author WHERE id = ? AND id NOT IN (SELECT author FROM track)", author
             )
@@ -667,17 +600,15 @@ class _Addition:
         if old is not None and old["task"] == task and re.fullmatch(numbered, old["name"]):
             return str(old["name"])
         name = next(n for i in range(2, len(taken) + 3) if (n := f"{own_name} ({i})") not in taken)
-        if (remark := self._remark_on_other_reading(own_name, task)) is not None:
-            self.remarks.append(remark.format(name))
-        else:
-            self.remarks.append(
-                f"Another recording of {_task_phrase(task)} is called '{own_name}'; this one is "
-                f"now '{name}'."
-            )
+        self.remarks.append(
+            self._remark_on_other_reading(own_name, task, name)
+            or f"Another recording of {_task_phrase(task)} is called '{own_name}'; this one is now "
+            f"'{name}'."
+        )
         return name
 
-    def _remark_on_other_reading(self, own_name: str, task: str) -> str | None:
-        """The remark on a file that was imported before, read otherwise, if it was."""
+    def _remark_on_other_reading(self, own_name: str, task: str, name: str) -> str:
+        """The remark on a file that was imported before, read otherwise; empty if it was not."""
         same_file = self.database.one(
             "SELECT * FROM demonstration WHERE name = ? AND task = ? AND source = ? "
             "AND samples = ?",
@@ -687,13 +618,12 @@ class _Addition:
             len(self.incoming.demonstration.times),
         )
         if same_file is None or not self._shares_a_signal(same_file):
-            return None
+            return ""
         labelled = any(track.segments for track in self.tracks.of(same_file["id"]))
         labelling = "with its labels" if labelled else "not labelled yet"
-        name = own_name.replace("{", "{{").replace("}", "}}")
         return (
-            f"The same file was in the project as '{name}', {labelling}, with other columns, "
-            f"units or times; read anew it is '{{}}'. Remove the one that is not wanted, by its "
+            f"The same file was in the project as '{own_name}', {labelling}, with other columns, "
+            f"units or times; read anew it is '{name}'. Remove the one that is not wanted, by its "
             f"menu in the list of demonstrations or 'forcelab remove'."
         )
 

@@ -50,13 +50,13 @@ STORED_VIDEO = re.compile(r"(video|beside)-(?P<digest>[0-9a-f]{16})(\.[a-z0-9]{1
 #: Name of the file of raw stamps in a demonstration's folder.
 STAMPS = "stamps.npz"
 #: Bytes of stamps, unpacked, that are always read, and those for each sample of a demonstration.
-_LARGEST, _EACH = 1 << 30, 1 << 10
+_STAMPS_BYTES, _STAMPS_BYTES_EACH = 1 << 30, 1 << 10
 
 _STAGING = ".incoming-"
 _STAGED = re.compile(r"\.incoming-[0-9a-z]{1,32}")
 _PART = re.compile(r"\.forcelab-[0-9a-f]{16}\.part")
 #: As the C library calls the working folder and the exchange of two names.
-_HERE, _EXCHANGE = -100, 2
+_AT_FDCWD, _RENAME_EXCHANGE = -100, 2
 _ABANDONED = 3600.0  # seconds without a byte written, after which nobody is at work any more
 
 
@@ -193,7 +193,7 @@ def read_stamps(
         # Given a path, NumPy leaves a file open that is no archive.
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
             if sum(member.file_size for member in archive.zip.infolist()) > max(
-                _LARGEST, _EACH * samples
+                _STAMPS_BYTES, _STAMPS_BYTES_EACH * samples
             ):
                 raise ValueError("too large")
             requested = (name for name in archive.files if names is None or name in names)
@@ -362,9 +362,9 @@ def _swap(first: Path, second: Path) -> None:
         libc = ctypes.CDLL(None, use_errno=True)
         names = os.fsencode(first), os.fsencode(second)
         if hasattr(libc, "renameat2"):  # Linux
-            done = libc.renameat2(_HERE, names[0], _HERE, names[1], _EXCHANGE)
+            done = libc.renameat2(_AT_FDCWD, names[0], _AT_FDCWD, names[1], _RENAME_EXCHANGE)
         elif hasattr(libc, "renamex_np"):  # macOS
-            done = libc.renamex_np(*names, _EXCHANGE)
+            done = libc.renamex_np(*names, _RENAME_EXCHANGE)
         else:
             done = -1
         if done == 0:

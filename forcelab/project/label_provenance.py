@@ -86,55 +86,49 @@ def _follow(followed: _TrackOrigins, row: sqlite3.Row) -> bool:
     """Follow one edit; gives whether it touched any origin."""
     now, reverts = followed.now, row["reverts"]
     if reverts is not None:
-        given_origins, taken_origins = followed.done.get(reverts, ({}, {}))
+        given, taken = followed.done.get(reverts, ({}, {}))  # the other way round
     elif not now and row["proposed_by"] is None:
         return False
     else:
         with content_errors(f"Edit {row['id']}"):
             removed = segments_from_text(row["removed"])
             inserted = segments_from_text(row["inserted"])
-        taken_origins = {segment: now[segment] for segment in removed if segment in now}
+        taken = {segment: now[segment] for segment in removed if segment in now}
         if row["proposed_by"] is not None:
-            given_origins = _accepted(removed, inserted, taken_origins, Origin(row["proposed_by"]))
+            given = _accepted(removed, inserted, taken, Origin(row["proposed_by"]))
         else:
-            given_origins = _inherited(removed, inserted, taken_origins) if taken_origins else {}
-    if not taken_origins and not given_origins:
+            given = _inherited(removed, inserted, taken) if taken else {}
+    if not taken and not given:
         return False
-    for segment in taken_origins:
+    for segment in taken:
         del now[segment]
-    now.update(given_origins)
-    followed.done[row["id"]] = (taken_origins, given_origins)
+    now.update(given)
+    followed.done[row["id"]] = (taken, given)
     return True
 
 
-def _accepted(
-    removed: Segments, inserted: Segments, taken_origins: _Origins, origin: Origin
-) -> _Origins:
+def _accepted(removed: Segments, inserted: Segments, taken: _Origins, origin: Origin) -> _Origins:
     """The origins of the segments inserted by accepting a prediction."""
-    given_origins = {}
+    given = {}
     for segment in inserted:
         old = covering(removed, segment)
         if old is None:
-            given_origins[segment] = origin
-        elif (
-            old in taken_origins
-        ):  # what is left of a segment beside what was accepted, or all of it
-            given_origins[segment] = (
-                taken_origins[old] if old == segment else Origin(taken_origins[old].proposer, True)
-            )
-    return given_origins
+            given[segment] = origin
+        elif old in taken:  # what is left of a segment beside what was accepted, or all of it
+            given[segment] = taken[old] if old == segment else Origin(taken[old].proposer, True)
+    return given
 
 
-def _inherited(removed: Segments, inserted: Segments, taken_origins: _Origins) -> _Origins:
+def _inherited(removed: Segments, inserted: Segments, taken: _Origins) -> _Origins:
     """The origins of the segments inserted by a coder's own edit."""
-    given_origins = {}
-    proposed = tuple(segment for segment in removed if segment in taken_origins)
+    given = {}
+    proposed = tuple(segment for segment in removed if segment in taken)
     for segment in inserted:
-        if segment in taken_origins:
-            given_origins[segment] = taken_origins[segment]
+        if segment in taken:
+            given[segment] = taken[segment]
         elif (old := _most_of(proposed, segment)) is not None:
-            given_origins[segment] = Origin(taken_origins[old].proposer, True)
-    return given_origins
+            given[segment] = Origin(taken[old].proposer, True)
+    return given
 
 
 def _most_of(segments: Segments, segment: Segment) -> Segment | None:

@@ -90,7 +90,7 @@ class MediaStore:
         Raises
         ------
         InputError
-            If there is no such demonstration or the video cannot be read; nothing was changed.
+            If the video cannot be read; nothing was changed.
         """
         row = self._db.demonstration(demonstration)
         root = self._db.folder / DEMONSTRATIONS
@@ -115,13 +115,7 @@ class MediaStore:
         remove_unused_videos(self._db, demonstration, before)
 
     def remove_video(self, demonstration: str, name: str) -> None:
-        """Remove one of a demonstration's videos from the project, for good.
-
-        Raises
-        ------
-        InputError
-            If there is no such demonstration or it has no video of that name.
-        """
+        """Remove a demonstration's video for good; InputError if it has none of that name."""
         with self._db.writing():
             self._video_row(demonstration, name)
             before = video_rows(self._db, demonstration)
@@ -131,21 +125,9 @@ class MediaStore:
         remove_unused_videos(self._db, demonstration, before)
 
     def set_video_clock(self, demonstration: str, clock: ClockMap, name: str | None = None) -> None:
-        """Set how the clock of a demonstration's video maps onto the force clock.
+        """Set how a video's own timestamps map onto force time; by default the first video's.
 
-        Parameters
-        ----------
-        demonstration : str
-            Its id.
-        clock : ClockMap
-            From the video's own timestamps to force time.
-        name : str, optional
-            Which of several videos it is; by default the first one.
-
-        Raises
-        ------
-        InputError
-            If there is no such demonstration or it has no such video.
+        InputError if the demonstration has no such video.
         """
         with self._db.writing():
             video = self._video_row(demonstration, name)

@@ -36,9 +36,9 @@ class Project:
     thread opens its own. A demonstration is named by its id, except in ``demonstrations.load`` and
     ``demonstrations.id_of``.
 
-    Every method of its parts raises :class:`~forcelab.errors.InputError` if the disk is full, the
-    store is damaged, or another process keeps it busy for more than five seconds; nothing was
-    written then.
+    Every method of its parts raises :class:`~forcelab.errors.InputError` if it is given a
+    demonstration that there is not, the disk is full, the store is damaged, or another process
+    keeps it busy for more than five seconds; nothing was written then.
 
     Attributes
     ----------
@@ -180,13 +180,7 @@ class Project:
         return self._db.read_only
 
     def refuse_read_only(self) -> None:
-        """Make sure that it may be changed here, before the work for it is done.
-
-        Raises
-        ------
-        InputError
-            If it is :attr:`read_only`.
-        """
+        """Raise InputError if it is :attr:`read_only`, before the work for a change is done."""
         self._db.refuse_read_only()
 
     def close(self) -> None:
@@ -228,8 +222,7 @@ class Project:
         """
         return self._db.changed_elsewhere()
 
-    @contextlib.contextmanager
-    def snapshot(self) -> Iterator[None]:
+    def snapshot(self) -> contextlib.AbstractContextManager[None]:
         """Reading inside this block shows one moment, whatever other processes commit.
 
         Raises
@@ -237,8 +230,7 @@ class Project:
         RuntimeError
             If the project is changed inside the block, which is a mistake of the program.
         """
-        with self._db.reading():
-            yield
+        return self._db.reading()
 
     def sync_behind(self) -> None:
         """Let edits return before the disk has them, for a coder who paints one after the other.

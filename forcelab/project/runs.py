@@ -21,29 +21,22 @@ from typing import Any
 
 from forcelab.errors import ForcelabError, InputError
 from forcelab.project import files
-from forcelab.project.database import (
-    Database,
-    Value,
-    content_errors,
-    fits,
-    give_back,
-    without_trigger,
-)
+from forcelab.project.database import Database, Value, content_errors, fits
 from forcelab.project.files import RECOGNISERS
 from forcelab.project.records import utc_now
 
 #: What a result says of itself in few words, if this is its first key.
 DIGEST = "digest"
 #: Characters of a result that are read for its digest.
-_FRONT = 4096
+_FRONT_CHARACTERS = 4096
 #: The columns of a run that say how it was made.
 _PROVENANCE = "id, kind, time, settings, seed, labels, versions"
 #: All of its columns; bytes that are no text are met where the result is parsed.
 _RUN = f"{_PROVENANCE}, CAST(result AS BLOB) AS result"
 #: The last thing that a run's result names, where a recogniser belongs to it.
-_OWN = re.compile(r'"recogniser": "([0-9a-f]{32})"\}$')
+_OWN_RECOGNISER = re.compile(r'"recogniser": "([0-9a-f]{32})"\}$')
 #: Characters at the end of a result in which that stands.
-_END = 64
+_END_CHARACTERS = 64
 #: The author of a run's proposals, :attr:`forcelab.review.run_result.RunResult.proposer`.
 _PROPOSER = """(
     'model ' || coalesce(
@@ -212,70 +205,41 @@ class RunStore:
         return tuple(map(_run, self._db.all(f"SELECT {_RUN} FROM run ORDER BY id")))
 
     def get(self, number: int) -> StoredRun:
-        """One run.
-
-        Raises
-        ------
-        InputError
-            If there is no such run, or it is damaged.
-        """
+        """One run; InputError if there is none of this number, or it is damaged."""
         return _run(self._row(number))
 
     def summaries(self, kind: str | None = None) -> tuple[RunSummary, ...]:
         """Every run, or every run of a kind, without its result; the first one first."""
         rows = self._db.all(
-            f"SELECT {_PROVENANCE}, CAST(substr(result, 1, {_FRONT}) AS BLOB) AS front FROM run "
-            "WHERE ? IS NULL OR kind = ? ORDER BY id",
+            f"SELECT {_PROVENANCE}, CAST(substr(result, 1, {_FRONT_CHARACTERS}) AS BLOB) AS front "
+            "FROM run WHERE ? IS NULL OR kind = ? ORDER BY id",
             kind,
             kind,
         )
         return tuple(map(_summary, rows))
 
     def add(self, kind: str, provenance: Provenance, result: Mapping[str, Any]) -> int:
-        """Add a result and how it was computed; gives its number.
+        """Add a result, anything that JSON can hold, and how it was computed; gives its number.
 
-        Parameters
-        ----------
-        kind : str
-            Such as ``"evaluate"``; not blank.
-        provenance : Provenance
-        result : mapping
-            What came out; anything that JSON can hold.
-
-        Raises
-        ------
-        InputError
-            If it has no kind or labels are not in the project.
+        Its kind is such as ``"evaluate"``. InputError if that is blank or labels are not in the
+        project.
         """
         columns = self._provenance_columns(provenance)
+        if not kind.strip():
+            raise InputError("A run needs a kind, such as 'evaluate'.")
         with self._db.writing():
-            return self._insert_run(kind, result, columns)
+            return self._db.insert("run", kind=kind, result=_to_json(dict(result)), **columns)
 
     def add_recogniser(
         self, name: str, data: bytes | str | PathLike[str], provenance: Provenance
     ) -> str:
-        """Add a recogniser's file, which stays opaque here, and how it was made; gives its id.
+        """Add a recogniser's file, or its content, and how it was made; gives its id.
 
-        Parameters
-        ----------
-        name : str
-            For people; not blank.
-        data : bytes or path-like
-            Its content, or the file. The same content is stored once, as it was added first.
-        provenance : Provenance
-
-        Raises
-        ------
-        InputError
-            If it has no name, labels are not in the project or the file cannot be read.
+        The same content is stored once, as it was added first; it stays opaque here. InputError if
+        the name is blank, labels are not in the project or the file cannot be read.
         """
-        columns = self._provenance_columns(provenance)
-        with files.file_errors(f"The recogniser '{name}' was not added to '{self._db.folder}'"):
-            content = data if isinstance(data, bytes) else Path(data).read_bytes()
-            id_ = _recogniser_id(content)
-            with self._adding_recogniser(id_):
-                self._insert_recogniser(id_, name, content, columns)
-        return id_
+        with self._adding_recogniser(name, data, provenance) as id_:
+            return id_
 
     def add_training(
         self,
@@ -292,29 +256,16 @@ class RunStore:
         As :meth:`add` and :meth:`add_recogniser`, the latter with the labels `trained_on`. The
         recogniser's id is added to the result as ``"recogniser"``.
         """
-        columns = self._provenance_columns(provenance)
-        of_recogniser = self._provenance_columns(replace(provenance, labels=trained_on))
-        id_ = _recogniser_id(content)
-        with (
-            files.file_errors(f"The recogniser '{name}' was not added to '{self._db.folder}'"),
-            self._adding_recogniser(id_),
-        ):
-            number = self._insert_run(kind, dict(result) | {"recogniser": id_}, columns)
-            self._insert_recogniser(id_, name, content, of_recogniser)
-        return number
+        of_recogniser = replace(provenance, labels=trained_on)
+        with self._adding_recogniser(name, content, of_recogniser) as id_:
+            return self.add(kind, provenance, dict(result) | {"recogniser": id_})
 
     def recognisers(self) -> tuple[StoredRecogniser, ...]:
         """Every recogniser, the first one first."""
         return tuple(map(_recogniser, self._db.all("SELECT * FROM recogniser ORDER BY rowid")))
 
     def recogniser_path(self, id_: str) -> Path:
-        """The file of a recogniser.
-
-        Raises
-        ------
-        InputError
-            If there is no such recogniser or its file is missing.
-        """
+        """The file of a recogniser; InputError if there is no such one, or its file is missing."""
         if not self._db.one("SELECT 1 FROM recogniser WHERE id = ?", id_):
             raise InputError(
                 f"There is no recogniser '{id_}' in '{self._db.folder}' any more; train it again."
@@ -343,42 +294,30 @@ class RunStore:
         return tuple(used for used in labels if used.demonstration in existing_ids)
 
     def uses(self, number: int | None = None) -> tuple[RunUse, ...]:
-        """What runs take up on the disk and what depends on them, the first one first.
-
-        Parameters
-        ----------
-        number : int, optional
-            Only of this run; by default of every one.
-        """
+        """What every run, or only this one, takes up on the disk and what depends on it."""
         # The older way reads all of a result to tell how long it is.
         new = sqlite3.sqlite_version_info >= (3, 43)
         length = "octet_length(result)" if new else "length(CAST(result AS BLOB))"
         rows = self._db.all(
-            f"SELECT id, {length} AS bytes, CAST(substr(result, {-_END}) AS BLOB) AS last, "
-            f"CAST({_PROPOSER} AS BLOB) AS proposer "  # a run that is no text can be removed, too
-            "FROM run WHERE ? IS NULL OR id = ? ORDER BY id",
+            # As bytes: a run that is no text can be removed, too.
+            f"SELECT id, {length} AS bytes, "
+            f"CAST(substr(result, {-_END_CHARACTERS}) AS BLOB) AS last, "
+            "coalesce(verdicts, 0) AS verdicts, coalesce(accepted, 0) AS accepted FROM run "
+            "LEFT JOIN (SELECT run AS judged, count(*) AS verdicts FROM verdict GROUP BY run) "
+            "ON judged = id "
+            "LEFT JOIN (SELECT proposed_by, count(*) AS accepted FROM edit "
+            "WHERE proposed_by IS NOT NULL GROUP BY proposed_by) "
+            f"ON proposed_by = {_PROPOSER} WHERE ? IS NULL OR id = ? ORDER BY id",
             number,
             number,
         )
-        verdicts = {
-            row["run"]: row["number"]
-            for row in self._db.all("SELECT run, count(*) AS number FROM verdict GROUP BY run")
-        }
-        accepted = {
-            row["proposed_by"]: row["number"]
-            for row in self._db.all(
-                "SELECT proposed_by, count(*) AS number FROM edit "
-                "WHERE proposed_by IS NOT NULL GROUP BY proposed_by"
-            )
-        }
         sizes = self.recogniser_bytes()
         uses = []
         for row in rows:
-            match = _OWN.search(row["last"].decode(errors="replace"))
+            match = _OWN_RECOGNISER.search(row["last"].decode(errors="replace"))
             id_ = match[1] if match is not None and match[1] in sizes else ""
-            number, size = row["id"], row["bytes"] + sizes.get(id_, 0)
-            accepted_count = accepted.get(row["proposer"].decode(errors="replace"), 0)
-            uses.append(RunUse(number, size, id_, verdicts.get(number, 0), accepted_count))
+            size = row["bytes"] + sizes.get(id_, 0)
+            uses.append(RunUse(row["id"], size, id_, row["verdicts"], row["accepted"]))
         return tuple(uses)
 
     def remove(self, number: int) -> None:
@@ -388,19 +327,16 @@ class RunStore:
         verdicts stay, but no longer tell which run they were given on. A recogniser that another
         run has as well stays. Room that is free then is given back to the disk.
 
-        Raises
-        ------
-        InputError
-            If there is no such run.
+        InputError if there is no such run.
         """
         with self._db.writing():
             self._row(number, "id")
             if self._db.one("SELECT 1 FROM verdict WHERE run = ?", number):
-                with without_trigger(self._db, "verdict_is_not_changed"):
+                with self._db.without_trigger("verdict_is_not_changed"):
                     self._db.execute("UPDATE verdict SET run = NULL WHERE run = ?", number)
             recogniser_id = self._delete(number)
         self._delete_file(recogniser_id)
-        give_back(self._db)
+        self._db.give_back()
 
     def forget(self, number: int, proposer: str) -> bool:
         """Delete a run that another one has taken the place of, with its recogniser.
@@ -425,10 +361,7 @@ class RunStore:
     def remove_recogniser(self, id_: str) -> None:
         """Delete a recogniser for good; a run that it belongs to keeps what it found.
 
-        Raises
-        ------
-        InputError
-            If there is no such recogniser.
+        InputError if there is no such recogniser.
         """
         with self._db.writing():
             if not self._db.one("SELECT 1 FROM recogniser WHERE id = ?", id_):
@@ -499,42 +432,38 @@ class RunStore:
                 f"demonstration '{used.demonstration}'."
             )
 
-    def _insert_run(
-        self, kind: str, result: Mapping[str, Any], columns: Mapping[str, Value]
-    ) -> int:
-        if not kind.strip():
-            raise InputError("A run needs a kind, such as 'evaluate'.")
-        return self._db.insert("run", kind=kind, result=_to_json(dict(result)), **columns)
-
     @contextlib.contextmanager
-    def _adding_recogniser(self, id_: str) -> Iterator[None]:
-        """A transaction that adds a recogniser, whose file is marked until that is committed."""
-        mark = self._db.folder / RECOGNISERS / f"{id_}.{files.UNCOMMITTED}"
-        try:
-            with self._db.writing():
-                # Inside the transaction: a process that opens the project now would remove it.
-                files.mark_uncommitted(mark)
-                yield
-        except BaseException:
-            with contextlib.suppress(ForcelabError, OSError):  # the next opening does it
-                self.clear_uncommitted()
-            raise
-        with contextlib.suppress(OSError):
-            mark.unlink(missing_ok=True)
+    def _adding_recogniser(
+        self, name: str, data: bytes | str | PathLike[str], provenance: Provenance
+    ) -> Iterator[str]:
+        """A transaction that stores a recogniser, unless the same one is there; gives its id.
 
-    def _insert_recogniser(
-        self, id_: str, name: str, content: bytes, columns: Mapping[str, Value]
-    ) -> None:
-        """Write a recogniser, unless the same one is there."""
+        Its file is marked until all of that is committed.
+        """
+        columns = self._provenance_columns(provenance)
         if not name.strip():
             raise InputError("A recogniser needs a name.")
-        if self._db.one("SELECT 1 FROM recogniser WHERE id = ?", id_):
-            return
         root = self._db.folder / RECOGNISERS
-        with files.staging(root) as staged:
-            files.write_bytes(staged / f"{id_}.skops", content)
-            files.move_into(root, staged)
-        self._db.insert("recogniser", id=id_, name=name, **columns)
+        with files.file_errors(f"The recogniser '{name}' was not added to '{self._db.folder}'"):
+            content = data if isinstance(data, bytes) else Path(data).read_bytes()
+            id_ = hashlib.sha256(content).hexdigest()[:32]
+            mark = root / f"{id_}.{files.UNCOMMITTED}"
+            try:
+                with self._db.writing():
+                    # Inside the transaction: a process that opens the project now would remove it.
+                    files.mark_uncommitted(mark)
+                    if not self._db.one("SELECT 1 FROM recogniser WHERE id = ?", id_):
+                        with files.staging(root) as staged:
+                            files.write_bytes(staged / f"{id_}.skops", content)
+                            files.move_into(root, staged)
+                        self._db.insert("recogniser", id=id_, name=name, **columns)
+                    yield id_
+            except BaseException:
+                with contextlib.suppress(ForcelabError, OSError):  # the next opening does it
+                    self.clear_uncommitted()
+                raise
+            with contextlib.suppress(OSError):
+                mark.unlink(missing_ok=True)
 
     def _delete(self, number: int) -> str:
         """Delete the rows of a run and of its recogniser, in a transaction.
@@ -560,10 +489,6 @@ class RunStore:
         if id_:
             with contextlib.suppress(OSError):
                 self._recogniser_file(id_).unlink(missing_ok=True)
-
-
-def _recogniser_id(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()[:32]
 
 
 def _recogniser(row: sqlite3.Row) -> StoredRecogniser:

@@ -34,10 +34,6 @@ from forcelab.segment_edits import (
     split,
 )
 
-_start = attrgetter("start")
-_end = attrgetter("end")
-
-
 Params = ParamSpec("Params")
 Result = TypeVar("Result", Edit | None, UndoResult | None)
 
@@ -138,7 +134,7 @@ class TrackEditor:
 
     def index_of(self, segment: Segment) -> int | None:
         """Which of the segments this one is; None if the track has it no more."""
-        index = bisect_left(self.segments, segment.start, key=_start)
+        index = bisect_left(self.segments, segment.start, key=attrgetter("start"))
         exists = index < len(self.segments) and self.segments[index] == segment
         return index if exists else None
 
@@ -156,11 +152,7 @@ class TrackEditor:
 
     @_verb
     def move_edge(
-        self,
-        index: int,
-        edge: Literal["start", "end"],
-        time: float,
-        replacing: Edit | None = None,
+        self, index: int, edge: Literal["start", "end"], time: float, replacing: Edit | None = None
     ) -> Edit | None:
         """Move the start or the end of a segment, and of a neighbour that shares it.
 
@@ -214,16 +206,10 @@ class TrackEditor:
     ) -> Edit | None:
         """Fill unlabelled stretches of at most `longest` s between two segments.
 
-        Parameters
-        ----------
-        longest : float
-            In seconds.
-        action : str, optional
-            What they are filled with; by default both neighbours grow to the middle.
-        within : tuple of float, optional
-            Only between segments that overlap or touch this stretch, in seconds.
+        They are filled with `action`; by default both neighbours grow to the middle. With `within`,
+        a start and an end in seconds, only between segments that overlap or touch that.
         """
-        low, high = (float("-inf"), float("inf")) if within is None else within
+        low, high = within or (float("-inf"), float("inf"))
         inside = [i for i, s in enumerate(self.segments) if s.end >= low and s.start <= high]
         if not inside:
             return None
@@ -268,7 +254,7 @@ class TrackEditor:
         Parameters
         ----------
         segments : tuple of Segment
-            The predictions to take over; never overlapping.
+            Never overlapping.
         proposer : str
             The model, such as ``"model paper 12"``.
         replace : bool

@@ -87,8 +87,7 @@ def undo_state(database: Database, track: int, until: int | None = None) -> Undo
         return UndoState()
     if head["reverts"] is None:
         return UndoState(head["id"], undo=head["id"])
-    reverted = database.one("SELECT reverts, parent FROM edit WHERE id = ?", head["reverts"])
-    assert reverted is not None
+    (reverted,) = database.all("SELECT reverts, parent FROM edit WHERE id = ?", head["reverts"])
     if head["kind"] == "undo":
         return UndoState(head["id"], undo=reverted["parent"], redo=head["id"])
     return UndoState(head["id"], undo=reverted["reverts"], redo=reverted["parent"])
@@ -122,15 +121,12 @@ def _is_in_effect(database: Database, track: int, number: int) -> bool:
 
 def _below(database: Database, number: int | None) -> int | None:
     """The edit to undo after this one."""
-    row = database.one("SELECT parent FROM edit WHERE id = ?", number)
-    assert row is not None
+    (row,) = database.all("SELECT parent FROM edit WHERE id = ?", number)
     return None if row["parent"] is None else int(row["parent"])
 
 
 def _edit_of(database: Database, number: int) -> Edit:
-    row = database.one(f"{_EDITS} WHERE edit.id = ?", number)
-    assert row is not None
-    return _edit_from(row)
+    return _edit_from(*database.all(f"{_EDITS} WHERE edit.id = ?", number))
 
 
 def _edit_from(row: sqlite3.Row) -> Edit:
@@ -195,11 +191,7 @@ class UndoResult:
         description = edit.what.removeprefix(f"{edit.kind}: ")
         if self.renames:
             pairs = [p for e in self.edits for p in zip(e.removed, e.inserted, strict=True)]
-            changed = [
-                (removed.action, inserted.action)
-                for removed, inserted in pairs
-                if removed != inserted
-            ]
+            changed = [(old.action, new.action) for old, new in pairs if old != new]
             old, new = changed[0] if edit.kind == "redo" else changed[0][::-1]
             number = counted(len(changed), "segment")
             if len(self.edits) > 1:
@@ -285,9 +277,9 @@ class TrackStore:
             If the track is not `before`, or `replacing` not its latest edit, as another window or
             process changed it.
         InputError
-            If there is no such demonstration, segments overlap or are out of order, or lie farther
-            beyond the recording than any before and by more than a second and 5 % of it, or the
-            author is of the other kind, or what proposed is no model. Nothing was written then.
+            If segments overlap or are out of order, or lie farther beyond the recording than any
+            before and by more than a second and 5 % of it, or the author is of the other kind, or
+            what proposed is no model. Nothing was written then.
         """
         recording = self._db.demonstration(demonstration)
         before, after = tuple(before), tuple(after)
@@ -398,14 +390,8 @@ class TrackStore:
     ) -> tuple[Edit, ...]:
         """Every edit ever made of a track, the first one first.
 
-        Parameters
-        ----------
-        demonstration, author : str
-            Whose track over what.
-        latest : int, optional
-            Only so many, the latest ones; a long history is read by pages.
-        before : int, optional
-            Only edits before the one with this number.
+        A long history is read by pages: of the edits before the one with the number `before`, as
+        many as `latest`.
         """
         track = self._track_id(demonstration, author)
         if track is None:
@@ -453,11 +439,8 @@ class TrackStore:
         it with others; one that gets another action is the coder's. What is taken back takes
         origins back as well.
 
-        Returns
-        -------
-        mapping of Segment to Origin
-            Stays as it is when the track is edited. The same object as long as nothing in it
-            changes, so that it costs a query of the latest edit only.
+        What is returned stays as it is when the track is edited. It is the same object as long as
+        nothing in it changes, and costs a query of the latest edit only.
         """
         origins = self._origins.of(demonstration, author)
         if origins is None:

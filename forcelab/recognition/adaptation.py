@@ -20,16 +20,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcelab.arrays import Real, Whole
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.features import REST, SIZE
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import on_grid
-
-Real = NDArray[np.float64]
 
 #: Logarithm of how much likelier an assignment must be than that of the names, per demonstration:
 #: some seven times, as swapping what is right costs far more than leaving what is wrong.
@@ -186,7 +184,7 @@ def _summarise_channels(demonstration: Demonstration) -> _Summary:
 
 def _assign_sensors(
     train: Sequence[_Summary], test: Sequence[_Summary]
-) -> tuple[NDArray[np.int64], tuple[tuple[str, str], ...], float]:
+) -> tuple[Whole, tuple[tuple[str, str], ...], float]:
     """The best assignment of sensors: channel order, swapped pairs, log likelihood ratio."""
     channels = train[0].channels
     same = np.arange(len(channels))
@@ -230,9 +228,7 @@ def _sensors(channels: Sequence[str]) -> dict[str, tuple[int, int]]:
     return sensors
 
 
-def _likelihood(
-    train: Sequence[_Summary], test: Sequence[_Summary], order: NDArray[np.int64]
-) -> float:
+def _likelihood(train: Sequence[_Summary], test: Sequence[_Summary], order: Whole) -> float:
     """Log likelihood of an assignment, per demonstration and up to a constant."""
     same = np.arange(len(order))
     train_signatures = np.stack([_sensor_signature(summary, same) for summary in train])
@@ -245,7 +241,7 @@ def _likelihood(
     return float(logs.sum(axis=1).mean())
 
 
-def _sensor_signature(summary: _Summary, order: NDArray[np.int64]) -> Real:
+def _sensor_signature(summary: _Summary, order: Whole) -> Real:
     """What distinguishes sensors: relative sizes of the channels, and their correlations."""
     sizes = np.log(summary.size[order])
     correlations = summary.correlations[np.ix_(order, order)]

@@ -17,15 +17,13 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcelab.arrays import Real
 from forcelab.recognition.ensemble import CalibratedEnsemble
 from forcelab.recognition.forest import softmax
 from forcelab.recognition.perceptron import Perceptron
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.runtime import one_blas_thread
-
-Real = NDArray[np.float64]
 
 #: Probabilities below this count as this: a tree or a vote of neighbours knows 0 and 1.
 FLOOR = 1e-3

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.arrays import Codes, Flags, Real
 from forcelab.errors import InputError
 from forcelab.recognition.ensemble import (
     MEMBERS,
@@ -109,7 +110,7 @@ def _check_tree_state(state: Mapping[str, Any], width: int) -> None:
     _check_nodes(nodes, nodes["left_child"] != -1, "left_child right_child feature", width)
 
 
-def _check_nodes(nodes: NDArray[Any], inner: NDArray[np.bool_], names: str, width: int) -> None:
+def _check_nodes(nodes: NDArray[Any], inner: Flags, names: str, width: int) -> None:
     """Inner nodes of a tree point ahead, and at features that there are.
 
     `names` are the fields of a node with its two children and its feature.
@@ -179,12 +180,7 @@ NEIGHBOURS = 5
 
 
 def fit_classifier(
-    name: str,
-    X: NDArray[np.float64],
-    y: NDArray[np.int64],
-    seed: int,
-    probabilities: bool,
-    options: FitOptions | None = None,
+    name: str, X: Real, y: Codes, seed: int, probabilities: bool, options: FitOptions | None = None
 ) -> Iterator[FitProgress]:
     """Fit a classifier to X (n, f) and codes y (n,); that of the last progress is the fitted one.
 
@@ -210,12 +206,10 @@ def fit_classifier(
         yield from fit(X, y, seed, probabilities)
 
 
-def fit_in_one_step(make: Callable[[NDArray[np.int64], int, bool], Any]) -> Fit:
+def fit_in_one_step(make: Callable[[Codes, int, bool], Any]) -> Fit:
     """A fit of one step, of what ``make(y, seed, probabilities)`` gives untrained."""
 
-    def fit(
-        X: NDArray[np.float64], y: NDArray[np.int64], seed: int, probabilities: bool
-    ) -> Iterator[FitProgress]:
+    def fit(X: Real, y: Codes, seed: int, probabilities: bool) -> Iterator[FitProgress]:
         classifier = make(y, seed, probabilities)
         classifier.fit(X, y)
         yield FitProgress(1, 1, "fit", classifier=classifier)
@@ -223,19 +217,19 @@ def fit_in_one_step(make: Callable[[NDArray[np.int64], int, bool], Any]) -> Fit:
     return fit
 
 
-def _naive_bayes(_y: NDArray[np.int64], _seed: int, _probabilities: bool) -> Any:
+def _naive_bayes(_y: Codes, _seed: int, _probabilities: bool) -> Any:
     from sklearn.naive_bayes import GaussianNB
 
     return GaussianNB()
 
 
-def _decision_tree(_y: NDArray[np.int64], seed: int, _probabilities: bool) -> Any:
+def _decision_tree(_y: Codes, seed: int, _probabilities: bool) -> Any:
     from sklearn.tree import DecisionTreeClassifier
 
     return DecisionTreeClassifier(random_state=seed)
 
 
-def _nearest_neighbours(y: NDArray[np.int64], _seed: int, _probabilities: bool) -> Any:
+def _nearest_neighbours(y: Codes, _seed: int, _probabilities: bool) -> Any:
     if len(y) < NEIGHBOURS:
         raise InputError(
             f"There are {len(y)} labelled samples, fewer than the {NEIGHBOURS} neighbours that "
@@ -247,7 +241,7 @@ def _nearest_neighbours(y: NDArray[np.int64], _seed: int, _probabilities: bool) 
     return KNeighborsClassifier(NEIGHBOURS, algorithm="brute")
 
 
-def _svm(y: NDArray[np.int64], seed: int, probabilities: bool) -> Any:
+def _svm(y: Codes, seed: int, probabilities: bool) -> Any:
     from sklearn.svm import SVC
 
     if not probabilities:
@@ -265,9 +259,7 @@ def _svm(y: NDArray[np.int64], seed: int, probabilities: bool) -> Any:
     return CalibratedClassifierCV(SVC(random_state=seed), ensemble=False, cv=split)
 
 
-def _fit_mlp(
-    X: NDArray[np.float64], y: NDArray[np.int64], seed: int, _probabilities: bool
-) -> Iterator[FitProgress]:
+def _fit_mlp(X: Real, y: Codes, seed: int, _probabilities: bool) -> Iterator[FitProgress]:
     """Fit scikit-learn's MLP with its defaults, an epoch at a time.
 
     ``partial_fit`` keeps the state of Adam, which ``warm_start`` with ``max_iter=1`` would lose.
@@ -316,9 +308,7 @@ class FittedMember:
     classifier: Any
 
     @classmethod
-    def fit(
-        cls, name: str, X: NDArray[np.float64], y: NDArray[np.int64], seed: int
-    ) -> FittedMember:
+    def fit(cls, name: str, X: Real, y: Codes, seed: int) -> FittedMember:
         """Fit it to features (n, f) and codes (n,)."""
         # An inner fit may have a single sample of an action, and an SVM needs two.
         codes, counts = np.unique(y, return_counts=True)
@@ -329,7 +319,7 @@ class FittedMember:
         *_, last = fit(X, y, seed, True)
         return cls(name, last.classifier)
 
-    def probabilities(self, features: NDArray[np.float64]) -> NDArray[np.float64]:
+    def probabilities(self, features: Real) -> Real:
         """Probabilities of the actions at each time step, shape (n, K)."""
         return np.asarray(self.classifier.predict_proba(features))
 
@@ -353,7 +343,7 @@ class FittedMember:
 READERS["scikit-learn"] = FittedMember.from_plain
 
 #: ``fit(X, y, seed, probabilities)``, as of :func:`fit_classifier`.
-Fit = Callable[[NDArray[np.float64], NDArray[np.int64], int, bool], Iterator[FitProgress]]
+Fit = Callable[[Real, Codes, int, bool], Iterator[FitProgress]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -420,12 +410,7 @@ def _naming_own(name: str) -> AbstractContextManager[None]:
 
 
 def _fit_own(
-    name: str,
-    make: Callable[[], Any],
-    X: NDArray[np.float64],
-    y: NDArray[np.int64],
-    seed: int,
-    probabilities: bool,
+    name: str, make: Callable[[], Any], X: Real, y: Codes, seed: int, probabilities: bool
 ) -> Iterator[FitProgress]:
     """Fit one's own classifier and see that it does what recognition needs."""
     with _naming_own(name):

@@ -10,10 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from sklearn.cluster import KMeans
 from threadpoolctl import threadpool_limits
 
+from forcelab.arrays import Codes, Real
 from forcelab.errors import InputError
 from forcelab.signals.cwt import cwt, usual_scales
 from forcelab.signals.wavelets import DOG, Haar, Morlet, Wavelet
@@ -32,10 +32,10 @@ class Clustering:
     """A cluster for every time step."""
 
     title: str  # the features, such as ``"Morlet, magnitude and phase"``
-    codes: NDArray[np.int64]  # (n,); 0, 1, ... in the order of first occurrence.
+    codes: Codes  # (n,); 0, 1, ... in the order of first occurrence.
 
 
-def trapezoid() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def trapezoid() -> tuple[Real, Real]:
     """Times and samples (801,) of a force that rises to 10 N, holds and falls: 8 s at 100 Hz.
 
     It is the same forwards and backwards.
@@ -45,13 +45,8 @@ def trapezoid() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def cluster(
-    signal: NDArray[np.float64],
-    wavelet: Wavelet,
-    *,
-    phase: bool,
-    clusters: int = 4,
-    seed: int = 0,
-) -> NDArray[np.int64]:
+    signal: Real, wavelet: Wavelet, *, phase: bool, clusters: int = 4, seed: int = 0
+) -> Codes:
     """Group the time steps of one channel (n,) by k-means over its wavelet features.
 
     A phase enters as its cosine and sine, so that -pi and pi are neighbours, times how far the log
@@ -78,7 +73,7 @@ def cluster(
     return np.argsort(np.argsort(firsts))[codes].astype(np.int64)
 
 
-def compare_wavelets(signal: NDArray[np.float64], seed: int = 0) -> tuple[Clustering, ...]:
+def compare_wavelets(signal: Real, seed: int = 0) -> tuple[Clustering, ...]:
     """Cluster one channel (n,) in the four ways that the paper compares."""
     variants: tuple[tuple[str, Wavelet, bool], ...] = (
         ("Morlet, magnitude and phase", Morlet(), True),
@@ -92,8 +87,8 @@ def compare_wavelets(signal: NDArray[np.float64], seed: int = 0) -> tuple[Cluste
     )
 
 
-def _standardised(columns: NDArray[np.float64]) -> NDArray[np.float64]:
+def _standardised(columns: Real) -> Real:
     """Columns of mean 0 and standard deviation 1; those that never change are 0."""
     spread = columns.std(axis=0)
-    scaled: NDArray[np.float64] = (columns - columns.mean(axis=0)) / np.where(spread > 0, spread, 1)
+    scaled: Real = (columns - columns.mean(axis=0)) / np.where(spread > 0, spread, 1)
     return scaled

@@ -6,7 +6,7 @@ one tested.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
@@ -56,14 +56,6 @@ class FoldResult:
     dropped: tuple[DroppedSegment, ...]  # segments of the others that were not trained on
 
 
-def split_examples(
-    examples: Sequence[Examples], part: Sequence[int]
-) -> tuple[list[Examples], list[Examples]]:
-    """The examples to train on, and those of a group, which the recogniser will not have seen."""
-    train = [example for i, example in enumerate(examples) if i not in part]
-    return train, [examples[i] for i in sorted(part)]
-
-
 def run_folds(
     examples: Sequence[Examples],
     parts: Sequence[Sequence[int]],
@@ -102,7 +94,8 @@ def _run_fold(
     probability_trace: bool,
 ) -> Generator[Progress, None, FoldResult]:
     """Train on all but a group and recognise that; progress gives the position of its fold."""
-    train, held_out = split_examples(examples, part)
+    train = [example for i, example in enumerate(examples) if i not in part]
+    held_out = [examples[i] for i in sorted(part)]
     started = perf_counter()
     try:
         recogniser = yield from fit_examples(train, settings, text=f"fit {position}")
@@ -222,7 +215,7 @@ def leave_one_out_job(
     started = perf_counter()
     added = [item for item in labelled if item.added and item.segments]
     examples = yield from prepare_all([*used, *added], settings, known=known)
-    seconds = {"features": perf_counter() - started, "fit": 0.0, "predict": 0.0, "filter": 0.0}
+    prepared = perf_counter()
     actions = actions_of(examples)
     jobs = min(jobs, len(parts))
     # Groups are interleaved; what was found goes back to the order of the demonstrations.
@@ -236,9 +229,7 @@ def leave_one_out_job(
         ]
 
     results = yield from run_folds(examples, parts, settings, probability_trace, jobs)
-    seconds["fit"] = sum(result.fit_seconds for result in results)
     tested = held_out(results)
-    _add_seconds(seconds, tested)
     if added:
         own = examples[: len(used)]
         alone = held_out((yield from run_folds(own, parts, settings, False, jobs)))
@@ -254,7 +245,7 @@ def leave_one_out_job(
         rate=examples[0].rate,
         channels=examples[0].channels,
         trained_on=tuple(item.demonstration.id for item in [*used, *added]),
-        seconds=seconds,
+        seconds=_run_times(prepared - started, sum(r.fit_seconds for r in results), tested),
         remarks=(
             *remarks,
             *added_remarks(tested, added),
@@ -296,10 +287,12 @@ def plan_folds(
     return used, parts, (*remarks, *group_remarks(parts), *copy_remarks(used, parts))
 
 
-def _add_seconds(seconds: dict[str, float], tested: Iterable[Prediction]) -> None:
-    for prediction in tested:
-        for step, spent in prediction.seconds.items():
-            seconds[step] += spent
+def _run_times(features: float, fit: float, tested: Sequence[Prediction]) -> dict[str, float]:
+    """Seconds of each step, those of recognising summed over what was tested."""
+    spent = {"features": features, "fit": fit}
+    for step in ("predict", "filter"):
+        spent[step] = sum(prediction.seconds.get(step, 0.0) for prediction in tested)
+    return spent
 
 
 def held_out_prediction(
@@ -385,8 +378,7 @@ def train_and_test_job(
     prepared = perf_counter()
     train_examples, test_examples = examples[: len(train_items)], examples[len(train_items) :]
     recogniser = yield from run_job(fit_examples, train_examples, settings)
-    seconds = {"features": prepared - started, "fit": perf_counter() - prepared}
-    seconds.update(predict=0.0, filter=0.0)
+    fitted = perf_counter()
     actions = actions_of(examples)
     tested = []
     for i, (item, example) in enumerate(zip(tested_items, test_examples, strict=True)):
@@ -398,7 +390,6 @@ def train_and_test_job(
         prediction = replace(prediction, ablations=prediction.ablations | unadapted)
         tested.append(held_out_prediction(item, example, prediction, actions))
         yield Progress(i + 1, len(tested_items), "recognising")
-    _add_seconds(seconds, tested)
     remarks = train_remarks + tuple(r for r in test_remarks if r not in train_remarks)
     if matched is not None:
         remarks += (matched.summary,)
@@ -413,7 +404,7 @@ def train_and_test_job(
         rate=recogniser.rate,
         channels=recogniser.channels,
         trained_on=ids,
-        seconds=seconds,
+        seconds=_run_times(prepared - started, fitted - prepared, tested),
         remarks=remarks
         + trained_on_remarks(train_items, tested_items)
         + dropped_remarks(recogniser.dropped)
@@ -442,7 +433,7 @@ def leave_one_out_live_job(
     fixed = settings.replace(rate=rate)
     merged = [item.merged(settings.merge) for item in used]
     actions = tuple(dict.fromkeys(s.action for item in merged for s in item.segments))
-    seconds = {"features": 0.0, "fit": 0.0, "predict": 0.0, "filter": 0.0}
+    fit_seconds = 0.0
     tested: dict[int, HeldOutPrediction] = {}
     left_out: list[DroppedSegment] = []
     for part in parts:
@@ -450,15 +441,15 @@ def leave_one_out_live_job(
         others = [item for i, item in enumerate(used) if i not in part]
         recogniser = yield from run_job(training_job, others, fixed)
         left_out.extend(recogniser.dropped)
-        seconds["fit"] += perf_counter() - started
+        fit_seconds += perf_counter() - started
         for i in part:
             started = perf_counter()
             decided = recognise_with_latency(recogniser, used[i].demonstration, latency)
-            seconds["predict"] += perf_counter() - started
+            seconds = {"predict": perf_counter() - started}
             examples = _live_examples(merged[i], recogniser, decided)
             stages = {"raw": decided.codes, "filtered": decided.codes}
             prediction = Prediction(
-                decided.times, recogniser.actions, stages, decided.probabilities, {}
+                decided.times, recogniser.actions, stages, decided.probabilities, seconds
             )
             # Gaps, which have no probabilities, do not count.
             prediction = compare_probabilities(prediction, examples)
@@ -471,7 +462,7 @@ def leave_one_out_live_job(
         rate=recogniser.rate,
         channels=recogniser.channels,
         trained_on=tuple(item.demonstration.id for item in used),
-        seconds=seconds,
+        seconds=_run_times(0.0, fit_seconds, [*tested.values()]),
         remarks=(
             f"Recognised as a stream, each label {1000 * latency:g} ms after its force.",
             *remarks,

@@ -13,6 +13,7 @@ from typing import Any, Literal, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.arrays import Codes, Flags, Real, Whole
 from forcelab.jobs import Progress, map_progress
 from forcelab.labels import UNLABELLED
 from forcelab.recognition.forest import Forest, Linear, require, require_numbers, softmax
@@ -27,7 +28,6 @@ from forcelab.recognition.perceptron import (
     held_out_epochs,
 )
 
-Real = NDArray[np.float64]
 ResultT = TypeVar("ResultT")
 
 
@@ -65,8 +65,8 @@ class CalibratedEnsemble:
     Attributes and methods are named as those of scikit-learn's classifiers.
     """
 
-    classes_: NDArray[np.int64]  # (K,); codes of the actions, rising
-    columns: NDArray[np.int64]  # (f,); which columns of the features it looks at
+    classes_: Codes  # (K,); codes of the actions, rising
+    columns: Whole  # (f,); which columns of the features it looks at
     #: mean, scale: (f,); of the training samples; features are standardised by them
     mean: Real
     scale: Real
@@ -91,7 +91,7 @@ class CalibratedEnsemble:
         ready /= self.scale
         return ready
 
-    def predict(self, features: Real) -> NDArray[np.int64]:
+    def predict(self, features: Real) -> Codes:
         """Codes of the most probable actions, shape (n,)."""
         return np.asarray(self.classes_[np.argmax(self.predict_proba(features), axis=1)])
 
@@ -118,8 +118,6 @@ class CalibratedEnsemble:
         )
         return cls(codes, columns, mean, scale, members, exponent)
 
-
-Codes = NDArray[np.int64]
 
 #: Members of each classifier by its name; of any other it is itself the only one.
 MEMBERS = {
@@ -241,7 +239,7 @@ def training_steps(
     return y, groups, [places[groups == i] for i in range(len(steps))]
 
 
-def _folds(groups: Codes) -> list[NDArray[np.bool_]]:
+def _folds(groups: Codes) -> list[Flags]:
     """Masks of the samples of one or several demonstrations that inner fits leave out."""
     numbers = np.unique(groups)
     count = min(FOLDS, len(numbers))

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
+from forcelab.arrays import Real
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import Segments, Track, model_author
@@ -198,7 +199,7 @@ class ForceActionClassifier(_OfDemonstrations):
         predictions = map(self.recogniser_.predict, demonstrations)
         return [Track(author, prediction.segments) for prediction in predictions]
 
-    def predict_proba(self, demonstrations: Sequence[Demonstration]) -> list[NDArray[np.float64]]:
+    def predict_proba(self, demonstrations: Sequence[Demonstration]) -> list[Real]:
         """Probabilities of the actions, an array (n, K) for each demonstration of n samples.
 
         They are the classifier's, before filters or decoder; columns are :attr:`classes_`.
@@ -211,7 +212,7 @@ class ForceActionClassifier(_OfDemonstrations):
         check_is_fitted(self, "recogniser_")
         return [self._probabilities(demonstration) for demonstration in demonstrations]
 
-    def _probabilities(self, demonstration: Demonstration) -> NDArray[np.float64]:
+    def _probabilities(self, demonstration: Demonstration) -> Real:
         examples = self.recogniser_.prepare(demonstration)
         _, probabilities = self.recogniser_.classify(examples.features, examples.valid, True)
         if probabilities is None:
@@ -308,7 +309,7 @@ class ForceFeatures(TransformerMixin, _OfDemonstrations):
         self.rate_ = common_rate(demonstrations, settings)
         return self
 
-    def transform(self, demonstrations: Sequence[Demonstration]) -> NDArray[np.float64]:
+    def transform(self, demonstrations: Sequence[Demonstration]) -> Real:
         """The features of all time steps, shape (n, f).
 
         Those of one demonstration are ``prepare_examples(...).features``, in gaps too.

@@ -10,8 +10,8 @@ from statistics import median_low
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcelab.arrays import Codes, Flags, Real, Whole
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
@@ -169,30 +169,30 @@ class Examples:
     """
 
     name: str
-    times: NDArray[np.float64]
-    features: NDArray[np.float64]
-    valid: NDArray[np.bool_]
+    times: Real
+    features: Real
+    valid: Flags
     segments: Segments
     channels: tuple[str, ...]
     rate: float
     units: tuple[str, ...] = ()
     added: bool = False
 
-    def nearest(self, times: NDArray[np.float64]) -> NDArray[np.int64]:
+    def nearest(self, times: Real) -> Whole:
         """The time step nearest to each of `times` (s), shape (m,)."""
         if times is self.times:
             return np.arange(len(times))
         middles = 0.5 * (self.times[:-1] + self.times[1:])
         return np.searchsorted(middles, times)
 
-    def codes(self, actions: Sequence[str]) -> NDArray[np.int64]:
+    def codes(self, actions: Sequence[str]) -> Codes:
         """Human codes, shape (n,); unlabelled in gaps and for actions not among `actions`."""
         segments = [segment for segment in self.segments if segment.action in actions]
         codes = to_codes(segments, self.times, actions)
         codes[~self.valid] = UNLABELLED
         return codes
 
-    def all_features(self) -> NDArray[np.float64]:
+    def all_features(self) -> Real:
         """The features of every time step, shape (n, f)."""
         return self.features
 
@@ -204,11 +204,11 @@ class LazyExamples(Examples):
     Of hundreds of demonstrations they are gigabytes, of which a training looks at some rows.
     """
 
-    features: NDArray[np.float64] = field(init=False, repr=False, compare=False)
+    features: Real = field(init=False, repr=False, compare=False)
     #: Makes examples that have them; here there is no attribute `features`
     making: Callable[[], Examples] = field(kw_only=True)
 
-    def all_features(self) -> NDArray[np.float64]:
+    def all_features(self) -> Real:
         """The features of every time step, shape (n, f), computed anew."""
         return self.making().features
 
@@ -278,13 +278,13 @@ def prepare_examples(
 
 
 def gather_features(
-    examples: Sequence[Examples], *step_lists: Sequence[NDArray[np.int64]]
-) -> Generator[Progress, None, list[NDArray[np.float64]]]:
+    examples: Sequence[Examples], *step_lists: Sequence[Whole]
+) -> Generator[Progress, None, list[Real]]:
     """Stacked features of some time steps of each demonstration, for each of `step_lists`.
 
     Lazy examples are computed one at a time, which is progress.
     """
-    gathered: list[NDArray[np.float64]] = []
+    gathered: list[Real] = []
     filled = [0] * len(step_lists)
     for i, example in enumerate(examples):
         features = example.all_features()
@@ -298,9 +298,7 @@ def gather_features(
     return gathered
 
 
-def _features(
-    signals: NDArray[np.float64], settings: Settings, rate: float, steps: slice
-) -> NDArray[np.float64]:
+def _features(signals: Real, settings: Settings, rate: float, steps: slice) -> Real:
     """Features of some time steps, shape (m, f), of channels (q, n)."""
     parts = []
     if "windows" in settings.known_features:

@@ -24,14 +24,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcelab.arrays import Real, Whole
 from forcelab.errors import InputError
 from forcelab.recognition.plugins import load_plugin, naming_plugin
 from forcelab.signals.conditioning import SPIKE, bridge, condition
 from forcelab.signals.wavelets import Wavelet
-
-Real = NDArray[np.float64]
 
 #: What is known of each channel in each window.
 KINDS = ("level", "slope", "rms")
@@ -58,7 +56,7 @@ def window_features(
     channels: Real,
     rate: float,
     windows: Sequence[float],
-    places: NDArray[np.int64],
+    places: Whole,
     amplitude: str = "absolute",
 ) -> Real:
     """Level, slope and rms of channels (q, n) at the samples `places` (m,): (m, 3 q k), both 6 q k.
@@ -83,7 +81,7 @@ def window_features(
 
 
 def window_moments(
-    channel: Real, rate: float, windows: Sequence[float], places: NDArray[np.int64]
+    channel: Real, rate: float, windows: Sequence[float], places: Whole
 ) -> tuple[Real, Real, Real]:
     """Level, slope and rms, each (k, m), of one finite channel (n,) at some samples."""
     from scipy.fft import irfft, next_fast_len, rfft, rfftfreq  # takes long to load
@@ -117,7 +115,7 @@ PLACES = 32
 
 
 def cut_window_features(
-    channels: Real, rate: float, windows: Sequence[float], places: NDArray[np.int64], ahead: int
+    channels: Real, rate: float, windows: Sequence[float], places: Whole, ahead: int
 ) -> Real:
     """Level, slope and rms of windows that see only `ahead` samples after each place: (m, 3, q, k).
 
@@ -213,11 +211,7 @@ PEAKS = ("highest before", "highest after", "lowest before", "lowest after")
 
 
 def peak_features(
-    channels: Real,
-    rate: float,
-    window: float,
-    places: NDArray[np.int64],
-    own: bool = False,
+    channels: Real, rate: float, window: float, places: Whole, own: bool = False
 ) -> Real:
     """Distances of channels (q, n) from their extremes at the samples `places` (m,): (m, 4 q k).
 
@@ -265,16 +259,16 @@ TOGETHER = 1 << 15
 
 
 def wavelet_features(
-    channels: NDArray[np.float64],
-    scales: NDArray[np.float64],
+    channels: Real,
+    scales: Real,
     wavelet: Wavelet,
     phase: bool = True,
-    noise: NDArray[np.float64] | None = None,
+    noise: Real | None = None,
     *,
     circular: bool = False,
     places: slice = slice(None),
     tolerance: float = 1e-14,
-) -> NDArray[np.float64]:
+) -> Real:
     """Compute the features of every time step, or of some.
 
     Parameters

@@ -12,22 +12,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import rank_filter
 
+from forcelab.arrays import Codes, Real
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
 from forcelab.sample_runs import sample_ends, stretches
 from forcelab.segment_edits import SLIVER
 
 
-def threshold(
-    codes: NDArray[np.int64], probabilities: NDArray[np.floating], at: float = 0.8
-) -> NDArray[np.int64]:
+def threshold(codes: Codes, probabilities: NDArray[np.floating], at: float = 0.8) -> Codes:
     """Unlabel samples of which no probability (n, k) reaches `at`, in 0..1; NaN reaches nothing."""
     if not 0 <= at <= 1:
         raise InputError(f"The probability threshold must lie between 0 and 1, not at {at}.")
     return np.where(np.max(probabilities, axis=1, initial=0.0) >= at, codes, UNLABELLED)
 
 
-def median(codes: NDArray[np.int64], width: int = 10) -> NDArray[np.int64]:
+def median(codes: Codes, width: int = 10) -> Codes:
     """Running median over the label *numbers*, as in the paper.
 
     The order of the actions has no meaning, so a median over their numbers can give an action that
@@ -56,11 +55,8 @@ def median(codes: NDArray[np.int64], width: int = 10) -> NDArray[np.int64]:
 
 
 def drop_short(
-    codes: NDArray[np.int64],
-    times: NDArray[np.float64],
-    shortest: Mapping[int, float],
-    share: float = 1 / 8,
-) -> NDArray[np.int64]:
+    codes: Codes, times: Real, shortest: Mapping[int, float], share: float = 1 / 8
+) -> Codes:
     """Unlabel segments shorter than a share of their action's shortest training segment (s).
 
     `times` (n,) are strictly increasing seconds; segments of a code that `shortest` lacks stay. A

@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Whole = NDArray[np.int32]
+from forcelab.arrays import Flags, Real, Whole
 
 
-def _pending_right_sides(leaf: NDArray[np.bool_]) -> Whole:
+def _pending_right_sides(leaf: Flags) -> NDArray[np.int32]:
     """Number of right sides still to come before each node, and after all; shape (n + 1,).
 
     Counted from 0 before the first tree; each tree that is complete takes one away.
@@ -31,20 +31,20 @@ def _pending_right_sides(leaf: NDArray[np.bool_]) -> Whole:
     return steps
 
 
-def are_complete_trees(leaf: NDArray[np.bool_]) -> bool:
+def are_complete_trees(leaf: Flags) -> bool:
     """Whether nodes, given which are leaves, make complete trees, at least one."""
     steps = _pending_right_sides(leaf)
     return len(leaf) > 0 and bool(steps[-1] < steps[:-1].min())
 
 
-def roots(leaf: NDArray[np.bool_]) -> NDArray[np.int64]:
+def roots(leaf: Flags) -> Whole:
     """The first node of each tree, shape (t,)."""
     steps = _pending_right_sides(leaf)[:-1]
     lowest = np.minimum.accumulate(steps)
     return np.flatnonzero(np.diff(lowest, prepend=np.int32(1)))
 
 
-def right_children(leaf: NDArray[np.bool_]) -> Whole:
+def right_children(leaf: Flags) -> NDArray[np.int32]:
     """Where the right side of each node begins, shape (n,); of a leaf, the leaf itself."""
     # A left side takes away what its node has opened: the next node before which as much is open
     # as before the node itself is the first one of the right side.
@@ -56,7 +56,6 @@ def right_children(leaf: NDArray[np.bool_]) -> Whole:
     return np.where(leaf, np.arange(len(leaf), dtype=np.int32), following)
 
 
-Real = NDArray[np.float64]
 Integers = NDArray[np.signedinteger[Any]]
 
 #: Rows of features that go down all trees together, so that where they stand fits the cache.
@@ -196,7 +195,14 @@ class Forest:
             "a row a leaf",
         )
         require((forest.leaf < len(forest.value)).all(), "leaves that say values")
-        forest._check_values(classes)
+        require(forest.value.ndim == 2, "values of each action")
+        require_numbers(forest.value, (len(forest.value), classes))
+        require_numbers(forest.base, (classes,))
+        require(type(forest.boosted) is bool, "sums of one kind")
+        if not forest.boosted:
+            shares = forest.value
+            require((shares >= 0).all() and (shares.sum(axis=1) > 0).all(), "shares at leaves")
+            require((forest.base == 0).all(), "shares at its leaves alone")
         return forest
 
     @classmethod
@@ -220,20 +226,7 @@ class Forest:
         feature, threshold, value = plain["feature"], plain["threshold"], plain["value"]
         require(((feature >= -1) & (feature < width)).all(), "nodes that ask for features")
         forest = cls._small(feature, threshold[~leaf], value[leaf], plain["base"], plain["boosted"])
-        forest._check_values(classes)
-        return forest
-
-    def _check_values(self, classes: int) -> None:
-        """Raise unless leaves have values of each action."""
-        require(self.value.ndim == 2, "values of each action")
-        require_numbers(self.value, (len(self.value), classes))
-        require_numbers(self.base, (classes,))
-        require(type(self.boosted) is bool, "sums of one kind")
-        if not self.boosted:
-            require(
-                (self.value >= 0).all() and (self.value.sum(axis=1) > 0).all(), "shares at leaves"
-            )
-            require((self.base == 0).all(), "shares at its leaves alone")
+        return cls.from_plain(forest.plain(), width, classes)
 
 
 @dataclass(frozen=True, eq=False)

@@ -37,13 +37,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.arrays import Codes, Flags, Real, Whole
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
 from forcelab.recognition.task_grammar import TaskGrammar
 from forcelab.sample_runs import marked_runs
-
-Real = NDArray[np.float64]
-Codes = NDArray[np.int64]
 
 #: How much of the choreography is used.
 Use = Literal["none", "durations", "order"]
@@ -95,8 +93,8 @@ class HsmmParameters:
     emphasis: float  # exponent of durations; 0 leaves them out
     #: shortest, longest: (K,); fewest steps of a whole segment, and the steps up to which durations
     #: are log-normal
-    shortest: NDArray[np.int64]
-    longest: NDArray[np.int64]
+    shortest: Whole
+    longest: Whole
 
     @classmethod
     def from_grammar(cls, grammar: TaskGrammar, step: float, use: Use) -> HsmmParameters:
@@ -169,21 +167,21 @@ class HsmmParameters:
         fall = -(1.0 + z / self.sd) / self.longest
         return self.emphasis * np.minimum(fall, 0.0)
 
-    def duration_scores(self, steps: NDArray[np.int64]) -> Real:
+    def duration_scores(self, steps: Whole) -> Real:
         """F: log probabilities that a segment lasts so many steps (m,), each >= 1; (K, m)."""
         z, logs, beyond = self._durations(steps)
         width = math.sqrt(2 * math.pi) * self.sd[:, None] / UNIT
         scores = self.emphasis * (-0.5 * z**2 - logs - np.log(width)) + beyond
         return np.where(steps >= self.shortest[:, None], scores, -np.inf)
 
-    def survival_scores(self, steps: NDArray[np.int64]) -> Real:
+    def survival_scores(self, steps: Whole) -> Real:
         """S: log probabilities that it lasts so many steps (m,) or more; (K, m)."""
         from scipy.special import log_ndtr
 
         z, _, beyond = self._durations(steps)
         return np.asarray(self.emphasis * log_ndtr(-z) + beyond)
 
-    def _durations(self, steps: NDArray[np.int64]) -> tuple[Real, Real, Real]:
+    def _durations(self, steps: Whole) -> tuple[Real, Real, Real]:
         """Durations up to the longest, standardised and in log seconds; the score beyond it."""
         table = np.minimum(steps, self.longest[:, None])
         logs = np.log(table * self.step)
@@ -334,7 +332,7 @@ def log_sum_exp(scores: Real, axis: int) -> Real:
 
 def decode(
     log_probabilities: NDArray[np.floating],
-    valid: NDArray[np.bool_],
+    valid: Flags,
     step: float,
     grammar: TaskGrammar,
     use: Use = "order",
@@ -350,30 +348,28 @@ def decode(
     in nats of how much likelier than usual a change is near; they count for nothing with "none".
     Of equally good sequences it is always the same one.
     """
-    valid = decodable_steps(log_probabilities, valid, grammar)
     codes = np.full(len(log_probabilities), UNLABELLED, dtype=np.int64)
-    for part, scores, evidence, after in prepare_runs(
-        log_probabilities, valid, step, grammar, use, changes
-    ):
+    runs = prepare_runs(log_probabilities, valid, step, grammar, use, changes)
+    for part, scores, evidence, after, known in runs:
         forward = ForwardPass(scores, len(evidence), best=True)
         forward.push(evidence, after)
-        codes[part] = forward.best_codes(len(evidence))
-    codes[~valid] = UNLABELLED
+        codes[part] = np.where(known, forward.best_codes(len(evidence)), UNLABELLED)
     return codes
 
 
 def prepare_runs(
     log_probabilities: NDArray[np.floating],
-    valid: NDArray[np.bool_],
+    valid: Flags,
     step: float,
     grammar: TaskGrammar,
     use: Use,
     changes: NDArray[np.floating] | None,
-) -> Iterator[tuple[slice, HsmmParameters, Real, Real | None]]:
+) -> Iterator[tuple[slice, HsmmParameters, Real, Real | None, Flags]]:
     """Each stretch between long gaps: its steps, the model, its evidence and scores of changes.
 
-    `valid` as of :func:`decodable_steps`.
+    And which of its steps are known: the others are in short gaps.
     """
+    valid = decodable_steps(log_probabilities, valid, grammar)
     if not valid.any():
         return
     scores = HsmmParameters.from_grammar(grammar, step, use)
@@ -381,11 +377,13 @@ def prepare_runs(
     likelier = None if changes is None else np.where(valid, changes, LIKELIER)  # scores 0
     most = bridged_steps(step)
     for first, last in bridged_runs(valid, most):
+        part = slice(first, last)
         yield (
-            slice(first, last),
+            part,
             scores if first <= most else scores.anywhere(),
-            scores.evidence(known[first:last]),
-            None if likelier is None else scores.change_scores(likelier[first:last]),
+            scores.evidence(known[part]),
+            None if likelier is None else scores.change_scores(likelier[part]),
+            valid[part],
         )
 
 
@@ -394,7 +392,7 @@ def bridged_steps(step: float) -> int:
     return math.floor(BRIDGED / step + 1e-9)
 
 
-def bridged_runs(valid: NDArray[np.bool_], most: int) -> list[tuple[int, int]]:
+def bridged_runs(valid: Flags, most: int) -> list[tuple[int, int]]:
     """First and last (excluded) step of each stretch whose gaps have no more than `most` steps."""
     runs: list[tuple[int, int]] = []
     for first, last in marked_runs(valid).tolist():
@@ -405,8 +403,8 @@ def bridged_runs(valid: NDArray[np.bool_], most: int) -> list[tuple[int, int]]:
 
 
 def decodable_steps(
-    log_probabilities: NDArray[np.floating], valid: NDArray[np.bool_], grammar: TaskGrammar
-) -> NDArray[np.bool_]:
+    log_probabilities: NDArray[np.floating], valid: Flags, grammar: TaskGrammar
+) -> Flags:
     """Where there is something to decode, shape (n,); steps that hold no number are gaps."""
     K = len(grammar.actions)
     shape = np.shape(log_probabilities)
@@ -454,9 +452,7 @@ class FixedLag:
         self._waiting: deque[bool] = deque()
         self._gap = 0
 
-    def push(
-        self, log_probabilities: NDArray[np.floating], valid: NDArray[np.bool_] | None = None
-    ) -> Codes:
+    def push(self, log_probabilities: NDArray[np.floating], valid: Flags | None = None) -> Codes:
         """Take log probabilities (m, K); give the codes that are now decided, in order.
 
         Steps that are not valid are gaps. Long ones decide all that waits.
@@ -517,7 +513,7 @@ class FixedLag:
 
 def marginals(
     log_probabilities: NDArray[np.floating],
-    valid: NDArray[np.bool_],
+    valid: Flags,
     step: float,
     grammar: TaskGrammar,
     use: Use = "order",
@@ -528,13 +524,11 @@ def marginals(
     Exact: the forward-backward algorithm over segments. Rows sum to 1, and are 0 where nothing is
     decoded. Parameters as of :func:`decode`.
     """
-    valid = decodable_steps(log_probabilities, valid, grammar)
     result = np.zeros(np.shape(log_probabilities))
-    for part, scores, evidence, after in prepare_runs(
-        log_probabilities, valid, step, grammar, use, changes
-    ):
-        result[part] = _marginals(evidence, scores.per_place(), after)
-    result[~valid] = 0.0
+    runs = prepare_runs(log_probabilities, valid, step, grammar, use, changes)
+    for part, scores, evidence, after, known in runs:
+        found = _marginals(evidence, scores.per_place(), after)
+        result[part] = np.where(known[:, None], found, 0.0)
     return result
 
 

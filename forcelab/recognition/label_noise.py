@@ -37,15 +37,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcelab.arrays import Codes, Flags, Real, Whole
 from forcelab.jobs import Progress
 from forcelab.labels import UNLABELLED, Segment
 from forcelab.recognition.ensemble import training_steps
 from forcelab.recognition.examples import Examples, actions_of, gather_features
 from forcelab.recognition.settings import Settings
-
-Real = NDArray[np.float64]
 
 #: From this suspicion on a segment or an edge counts as suspected: more likely wrong than right.
 SUSPECT = 0.5
@@ -75,12 +73,12 @@ class SegmentSequence:
         self.homes = np.cumsum(self._line == -2)[self._places]
 
     @property
-    def codes(self) -> NDArray[np.int64]:
+    def codes(self) -> Codes:
         """The code of each known segment, shape (m,)."""
         return np.asarray(self._line[self._places])
 
     @property
-    def neighbours(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    def neighbours(self) -> tuple[Codes, Codes]:
         """The codes before and after each known segment."""
         return self._line[self._places - 1], self._line[self._places + 1]
 
@@ -90,7 +88,7 @@ class SegmentSequence:
 
 
 def score_suspicions(
-    probabilities: Real, sequence: SegmentSequence, possible: NDArray[np.bool_] | None = None
+    probabilities: Real, sequence: SegmentSequence, possible: Flags | None = None
 ) -> list[tuple[int, int, float]]:
     """Index, most likely other code and suspicion (0 to 1) of each known segment.
 
@@ -121,7 +119,7 @@ def score_suspicions(
     return [(int(sequence.known[i]), *corrected) for i, corrected in result.items()]
 
 
-def _largest_per_demonstration(values: Real, homes: NDArray[np.int64]) -> list[int]:
+def _largest_per_demonstration(values: Real, homes: Whole) -> list[int]:
     """Index of the largest value of each home; values with the same home stand together."""
     order = np.lexsort((-values, homes))
     return [int(i) for i in order[np.flatnonzero(np.diff(homes[order], prepend=-1))]]
@@ -139,7 +137,7 @@ def _evidence(probabilities: Real, sequence: SegmentSequence) -> Real:
     return evidence
 
 
-def _model_evidence(probabilities: Real, codes: NDArray[np.int64]) -> Real:
+def _model_evidence(probabilities: Real, codes: Codes) -> Real:
     """Log ratio of the classifier's probabilities for each segment and other action, (m, K)."""
     K = probabilities.shape[1]
     totals = np.zeros((K, K))
@@ -151,7 +149,7 @@ def _model_evidence(probabilities: Real, codes: NDArray[np.int64]) -> Real:
     return np.asarray(probabilities @ usual.T - (probabilities * without).sum(axis=1)[:, None])
 
 
-def _neighbour_evidence(neighbours: NDArray[np.int64], codes: NDArray[np.int64], K: int) -> Real:
+def _neighbour_evidence(neighbours: Codes, codes: Codes, K: int) -> Real:
     """Log ratio of the neighbour on one side for each segment and other action, (m, K)."""
     kinds, names = np.unique(neighbours, return_inverse=True)
     joint_counts = np.zeros((K, len(kinds)))
@@ -270,7 +268,7 @@ def _held_out_means(
     return means
 
 
-def _training_stride(codes: Sequence[NDArray[np.int64]], rate: float, settings: Settings) -> int:
+def _training_stride(codes: Sequence[Codes], rate: float, settings: Settings) -> int:
     """Time steps from one that the trees are grown of to the next."""
     labelled = sum(int(np.count_nonzero(item_codes != UNLABELLED)) for item_codes in codes)
     apart = round(APART * rate / settings.hop(rate))

@@ -18,8 +18,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcelab.arrays import Real, Whole
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.recognition.ensemble import (
@@ -39,9 +39,6 @@ from forcelab.recognition.forest import require, require_numbers
 from forcelab.recognition.settings import Settings
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import on_grid
-
-Real = NDArray[np.float64]
-Steps = NDArray[np.int64]
 
 #: Seconds ahead that there is a classifier for.
 LOOKS = (0.0, 0.05, 0.15)
@@ -74,7 +71,7 @@ class CausalWindows:
         return len(KINDS) * len(self.usual) * len(self.windows)
 
     def features(
-        self, channels: Real, rate: float, steps: Steps, size: RunningSize, first: int = 0
+        self, channels: Real, rate: float, steps: Whole, size: RunningSize, first: int = 0
     ) -> Real:
         """Features (m, f) of rising time steps of finite channels (q, n) at `rate` Hz.
 
@@ -101,14 +98,8 @@ class LiveModel:
 
     def plain(self) -> dict[str, Any]:
         """Numbers, lists and arrays for :meth:`from_plain`."""
-        windows = self.windows
-        return {
-            "windows": list(windows.windows),
-            "look": windows.look,
-            "usual": windows.usual,
-            "own": windows.own,
-            "classifier": self.classifier.plain(),
-        }
+        plain = {"windows": list(self.windows.windows), "classifier": self.classifier.plain()}
+        return vars(self.windows) | plain
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any], channels: int, actions: int) -> LiveModel:

@@ -1,9 +1,9 @@
 """Scores: how well a predicted track agrees with a human one, by samples, segments and events.
 
-A demonstration is counted once, into :class:`Counts`; scores of one demonstration and of many
-pooled ones are made from counts alone, so that pooling is exact. Samples that the human left
-unlabelled are never counted: predictions are masked there before segments are gathered. A sample
-that the human labelled and the prediction did not is wrong.
+A demonstration is counted once, into :class:`Counts`; scores of one demonstration, of many pooled
+ones and of resamples of them are made from counts alone, so that pooling is exact. Samples that the
+human left unlabelled are never counted: predictions are masked there before segments are gathered.
+A sample that the human labelled and the prediction did not is wrong.
 
 *Segments.* A frame metric hardly notices a prediction that flickers; edit score, F1 at an overlap
 and boundary errors do. Lea, Flynn, Vidal, Reiter and Hager, "Temporal convolutional networks for
@@ -40,7 +40,7 @@ rates differ by as much.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence, Sized
+from collections.abc import Callable, Mapping, Sequence, Sized
 from dataclasses import asdict, dataclass, fields
 from functools import reduce
 from operator import add
@@ -49,6 +49,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.arrays import Codes, Real, Whole
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED, Segments
 from forcelab.notebook import html_table, html_title
@@ -68,17 +69,13 @@ class Overlay:
     pieces: Runs
     #: human_codes, predicted_codes: (p,); the actions of each piece; the predicted one may be
     #: unlabelled
-    human_codes: NDArray[np.int64]
-    predicted_codes: NDArray[np.int64]
+    human_codes: Codes
+    predicted_codes: Codes
     actions: int  # how many actions there are
 
     @classmethod
     def from_codes(
-        cls,
-        human: NDArray[np.int64],
-        predicted: NDArray[np.int64],
-        actions: int,
-        gather: Callable[[NDArray[np.int64]], Runs],
+        cls, human: Codes, predicted: Codes, actions: int, gather: Callable[[Codes], Runs]
     ) -> Overlay:
         """Mask the prediction to where the human labelled, and gather both tracks and their pairs.
 
@@ -98,12 +95,7 @@ class Overlay:
         )
 
 
-def overlay(
-    human: NDArray[np.int64],
-    predicted: NDArray[np.int64],
-    times: NDArray[np.float64],
-    actions: Sized,
-) -> Overlay:
+def overlay(human: Codes, predicted: Codes, times: Real, actions: Sized) -> Overlay:
     """Lay a predicted over a human track: codes (n,) at strictly increasing times (n,) in seconds.
 
     Where the human left a sample unlabelled (any negative code) the prediction is unlabelled too
@@ -126,7 +118,7 @@ def overlay(
 OVERLAPS = (10, 25, 50)
 
 
-def edit_distance(a: NDArray[np.int64], b: NDArray[np.int64]) -> int:
+def edit_distance(a: Codes, b: Codes) -> int:
     """Levenshtein distance of two sequences of codes (m,) and (n,)."""
     short, long = sorted((a, b), key=len)
     places = np.arange(len(long) + 1)
@@ -155,8 +147,8 @@ class Matches:
 
     #: human, predicted: (m,); numbers of the matched segments among the human and the predicted
     #: ones
-    human: NDArray[np.int64]
-    predicted: NDArray[np.int64]
+    human: Whole
+    predicted: Whole
 
     def __len__(self) -> int:
         return len(self.human)
@@ -186,25 +178,27 @@ def match_segments(over: Overlay, overlap: int) -> Matches:
     return Matches(matched, predicted[best[earliest]])
 
 
-def f1(true: int, false: int, missed: int) -> float | None:
-    """F1 of counts of segments: matched, predicted without match, human without match.
+def f1(counts: Whole) -> Real:
+    """F1 of counts (..., 3) of segments: matched, predicted and human ones without a match.
 
-    None where there is no segment at all.
+    NaN where there is no segment at all.
     """
-    total = 2 * true + false + missed
-    return 2 * true / total if total else None
+    return _fractions(2 * counts[..., 0], counts @ (2, 1, 1))
 
 
-def boundary_errors(over: Overlay, matches: Matches) -> NDArray[np.float64]:
+def boundary_errors(over: Overlay, matches: Matches, *, inner: bool = False) -> Real:
     """Distances of matched segments' edges in milliseconds, shape (2 m,).
 
     Both edges of every matched pair are counted, start against start and end against end. Edges
     that meet because unlabelled human time, a gap or an end of the recording cuts both segments at
-    the same place are counted as they are, with an error of zero.
+    the same place are counted as they are, with an error of zero; `inner` leaves out the first edge
+    and the last one.
     """
     human, predicted = matches.human, matches.predicted
     starts = over.human.starts[human] - over.predicted.starts[predicted]
     ends = over.human.ends[human] - over.predicted.ends[predicted]
+    if inner:
+        starts, ends = starts[human > 0], ends[human < len(over.human) - 1]
     return 1000.0 * np.abs(np.concatenate([starts, ends]))
 
 
@@ -229,33 +223,18 @@ class Events:
     Whatever was predicted in unlabelled human time is not counted. The time that is right is
     ``human - deletion - fragmentation - underfill``, and also
     ``predicted - insertion - merge - overfill``.
-
-    Parameters
-    ----------
-    human, predicted : Tally
-        All human and all predicted events, and their time.
-    insertion : Tally
-        Predicted events that meet no human event of their action, and their time.
-    deletion : Tally
-        Human events that no predicted event of their action meets, and their time.
-    fragmentation : Tally
-        Human events that several predicted ones fall into, and the time missed between those.
-    merge : Tally
-        Predicted events that join several human ones, and the false time between those.
-    overfill : Tally
-        Stretches by which predicted events reach over an edge of a human one, and their time.
-    underfill : Tally
-        Stretches by which predicted events stay short of an edge of a human one, and their time.
     """
 
-    human: Tally = Tally()
-    predicted: Tally = Tally()
-    insertion: Tally = Tally()
-    deletion: Tally = Tally()
+    human: Tally = Tally()  # all human events, and their time
+    predicted: Tally = Tally()  # all predicted ones
+    insertion: Tally = Tally()  # predicted events that meet no human event of their action
+    deletion: Tally = Tally()  # human events that no predicted event of their action meets
+    #: Human events that several predicted ones fall into, and the time missed between those
     fragmentation: Tally = Tally()
+    #: Predicted events that join several human ones, and the false time between those
     merge: Tally = Tally()
-    overfill: Tally = Tally()
-    underfill: Tally = Tally()
+    overfill: Tally = Tally()  # stretches of predicted events over an edge of a human one
+    underfill: Tally = Tally()  # stretches by which they stay short of such an edge
 
     def __add__(self, other: Events) -> Events:
         return Events(
@@ -269,7 +248,7 @@ class Events:
 
 def _event_pieces(
     over: Overlay,
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
+) -> tuple[Whole, Whole, Whole, Real]:
     """Right, missed and false time of all actions, by action and then by time.
 
     What each piece is, how many of its two neighbours are right, its first sample, and its seconds.
@@ -349,7 +328,8 @@ def boundaries_found(closed: Overlay) -> tuple[int, int]:
     Boundaries, of an overlay without unlabelled time, are where one action gives way to another;
     the ends of the recording are none. A predicted one counts whichever its actions are.
     """
-    human, predicted = closed.human.starts[1:], _predicted_changes(closed)
+    human = closed.human.starts[1:]
+    predicted = closed.pieces.starts[1:][np.diff(closed.predicted_codes) != 0]
     if len(predicted) == 0:
         return 0, len(human)
     after = np.searchsorted(predicted, human)
@@ -359,42 +339,23 @@ def boundaries_found(closed: Overlay) -> tuple[int, int]:
     return int((near <= NEAR * (1 + 1e-9)).sum()), len(human)
 
 
-def inner_boundary_errors(closed: Overlay, matches: Matches) -> NDArray[np.float64]:
-    """Distances in milliseconds of matched edges where one action gives way to another.
-
-    Unlike those of :func:`boundary_errors`, of which every edge at unlabelled time is 0 whatever
-    was predicted. The first edge and the last one are left out.
-    """
-    human, predicted = matches.human, matches.predicted
-    starts = (closed.human.starts[human] - closed.predicted.starts[predicted])[human > 0]
-    ends = closed.human.ends[human] - closed.predicted.ends[predicted]
-    inner = human < len(closed.human) - 1
-    return np.asarray(1000.0 * np.abs(np.concatenate([starts, ends[inner]])))
-
-
-def _predicted_changes(closed: Overlay) -> NDArray[np.float64]:
-    """Where the prediction changes, in seconds, rising."""
-    changes = np.flatnonzero(np.diff(closed.predicted_codes)) + 1
-    return closed.pieces.starts[changes]
-
-
 @dataclass(frozen=True, eq=False, slots=True)
 class Counts:
     """All that the scores of a demonstration, or of several, are made from; k actions."""
 
     #: (k, k + 1); samples by human action (rows) and predicted action (columns); the last column
     #: counts those predicted as unlabelled
-    confusion: NDArray[np.int64]
+    confusion: Whole
     edits: tuple[float, ...]  # edit score of each demonstration that has one
     #: (3, 3); A row for each of :data:`~forcelab.recognition.metrics.OVERLAPS`: matched segments,
     #: predicted ones without a match, human ones without a match
-    segments: NDArray[np.int64]
-    boundaries: NDArray[np.float64]  # (b,); boundary errors in milliseconds
+    segments: Whole
+    boundaries: Real  # (b,); boundary errors in milliseconds
     events: Events  # event errors
-    labelled_segments: NDArray[np.int64]  # (3, 3); as `segments`, in labelled time alone
+    labelled_segments: Whole  # (3, 3); as `segments`, in labelled time alone
     #: (2,); human boundaries in labelled time that have a predicted one within 100 ms, and all
-    found: NDArray[np.int64]
-    labelled_boundaries: NDArray[np.float64]  # (c,); as `boundaries`, in labelled time alone
+    found: Whole
+    labelled_boundaries: Real  # (c,); as `boundaries`, in labelled time alone
 
     def __add__(self, other: Counts) -> Counts:
         return Counts(
@@ -488,12 +449,7 @@ class Scores:
         return asdict(self)
 
 
-def count(
-    human: NDArray[np.int64],
-    predicted: NDArray[np.int64],
-    times: NDArray[np.float64],
-    actions: Sequence[str],
-) -> Counts:
+def count(human: Codes, predicted: Codes, times: Real, actions: Sequence[str]) -> Counts:
     """Compare codes (n,) of a predicted with a human track; parameters as of :func:`overlay`."""
     return count_overlay(overlay(human, predicted, times, actions))
 
@@ -507,23 +463,23 @@ def count_overlay(over: Overlay) -> Counts:
     return Counts(
         confusion=_confusion(over),
         edits=() if edit is None else (edit,),
-        segments=_segments(over, matches),
+        segments=count_matches(over, matches),
         boundaries=boundary_errors(over, matches[0]),
         events=event_errors(over),
-        labelled_segments=_segments(closed, closed_matches),
+        labelled_segments=count_matches(closed, closed_matches),
         found=np.array(boundaries_found(closed)),
-        labelled_boundaries=inner_boundary_errors(closed, closed_matches[0]),
+        labelled_boundaries=boundary_errors(closed, closed_matches[0], inner=True),
     )
 
 
-def _segments(over: Overlay, matches: Sequence[Matches]) -> NDArray[np.int64]:
-    """Matched segments, predicted and human ones without a match; a row for each overlap."""
+def count_matches(over: Overlay, matches: Sequence[Matches]) -> Whole:
+    """Matched segments, predicted and human ones without a match; a row for each of `matches`."""
     return np.array(
         [[len(m), len(over.predicted) - len(m), len(over.human) - len(m)] for m in matches]
     )
 
 
-def _confusion(over: Overlay) -> NDArray[np.int64]:
+def _confusion(over: Overlay) -> Whole:
     """Samples by human and predicted action, shape (k, k + 1)."""
     counts = np.zeros((over.actions, over.actions + 1), dtype=np.int64)
     # Unlabelled is code -1, which indexes the last column.
@@ -534,72 +490,138 @@ def _confusion(over: Overlay) -> NDArray[np.int64]:
 def pool(name: str, parts: Sequence[Counts]) -> Scores:
     """Score several demonstrations, counted with the same actions, together."""
     total = reduce(add, parts)
-    labelled = total.confusion.sum(axis=1)
-    right = np.diagonal(total.confusion)
+    found = score_resamples([total], np.ones((1, 1), dtype=np.int64))
+    values = {
+        metric: None if np.isnan(score) else float(score) for metric, (score,) in found.items()
+    }
+    plain = nested(values) | {"confusion": total.confusion.tolist(), "events": total.events}
+    return Scores(name=name, **plain)
+
+
+#: The parts of :class:`Events`.
+EVENTS = tuple(part.name for part in fields(Events))
+#: Every number in the scores but the confusion, as the path to it in their JSON.
+METRICS = (
+    *("accuracy", "balanced_accuracy", "coverage", "kappa", "edit"),
+    *(f"f1.{overlap}" for overlap in OVERLAPS),
+    *(f"f1_labelled.{overlap}" for overlap in OVERLAPS),
+    "boundaries_found",
+    *("boundary_ms.median", "boundary_ms.p90"),
+    *("boundary_labelled_ms.median", "boundary_labelled_ms.p90"),
+    *(f"events.{part}.{unit}" for part in EVENTS for unit in ("count", "seconds")),
+)
+#: Numbers held at once while boundary errors are resampled: 32 MB.
+AT_ONCE = 4_000_000
+
+
+def score_resamples(parts: Sequence[Counts], weights: Whole) -> dict[str, Real]:
+    """Score resamples, given weights (r, n) of n demonstrations, each as one pool: (r,) each.
+
+    A key for each of :data:`METRICS`; NaN where the metric is not defined. Kappa is Cohen's
+    (Educational and Psychological Measurement 20(1), 1960); where both raters are constant and
+    agree, the formula is 0 / 0, and it is 0 as it is by the formula when one of them is constant.
+    """
+    result = _frame_metrics(parts, weights)
+    edits = np.array([sum(part.edits) for part in parts])
+    result["edit"] = _fractions(weights @ edits, weights @ np.array([len(p.edits) for p in parts]))
+    for name, segments in (("f1", "segments"), ("f1_labelled", "labelled_segments")):
+        counts = np.tensordot(weights, np.stack([getattr(part, segments) for part in parts]), 1)
+        result |= {f"{name}.{k}": rates for k, rates in zip(OVERLAPS, f1(counts).T, strict=True)}
+    hits, boundaries = (weights @ np.stack([part.found for part in parts])).T
+    result["boundaries_found"] = _fractions(hits, boundaries)
+    for name, errors in (
+        ("boundary_ms", [part.boundaries for part in parts]),
+        ("boundary_labelled_ms", [part.labelled_boundaries for part in parts]),
+    ):
+        median, p90 = _percentiles(errors, weights, (50, 90))
+        result |= {f"{name}.median": median, f"{name}.p90": p90}
+    for name in EVENTS:
+        for unit in ("count", "seconds"):
+            each = np.array([getattr(getattr(part.events, name), unit) for part in parts])
+            result[f"events.{name}.{unit}"] = (weights @ each).astype(np.float64)
+    return result
+
+
+def _frame_metrics(parts: Sequence[Counts], weights: Whole) -> dict[str, Real]:
+    """The metrics that are made from the confusion."""
+    confusions = np.stack([part.confusion for part in parts]).astype(np.float64)
+    right = weights @ np.diagonal(confusions, axis1=1, axis2=2)
+    labelled = weights @ confusions.sum(axis=2)
+    predicted = weights @ confusions[:, :, :-1].sum(axis=1)
+    total = labelled.sum(axis=1)
     used = labelled > 0
-    samples = int(labelled.sum())
-    return Scores(
-        name=name,
-        accuracy=_share(int(right.sum()), samples),
-        balanced_accuracy=float(np.mean(right[used] / labelled[used])) if samples else None,
-        coverage=_share(int(total.confusion[:, :-1].sum()), samples),
-        kappa=_kappa(total.confusion),
-        edit=sum(total.edits) / len(total.edits) if total.edits else None,
-        f1=_f1s(total.segments),
-        f1_labelled=_f1s(total.labelled_segments),
-        boundaries_found=_share(*(int(number) for number in total.found)),
-        boundary_ms=_distances(total.boundaries),
-        boundary_labelled_ms=_distances(total.labelled_boundaries),
-        confusion=total.confusion.tolist(),
-        events=total.events,
+    recalls = np.divide(right, labelled, out=np.zeros_like(right), where=used)
+    chance = (labelled[:, : right.shape[1]] * predicted).sum(axis=1)
+    kappa = np.divide(
+        total * right.sum(axis=1) - chance,
+        total**2 - chance,
+        out=np.zeros_like(total),
+        where=total**2 > chance,
     )
-
-
-def score(
-    name: str,
-    human: NDArray[np.int64],
-    predicted: NDArray[np.int64],
-    times: NDArray[np.float64],
-    actions: Sequence[str],
-) -> Scores:
-    """Score one demonstration: :func:`pool` of its :func:`count` alone."""
-    return pool(name, [count(human, predicted, times, actions)])
-
-
-def _f1s(segments: NDArray[np.int64]) -> dict[str, float | None]:
     return {
-        str(overlap): f1(*(int(number) for number in row))
-        for overlap, row in zip(OVERLAPS, segments, strict=True)
+        "accuracy": _fractions(right.sum(axis=1), total),
+        "balanced_accuracy": _fractions(recalls.sum(axis=1), used.sum(axis=1)),
+        "coverage": _fractions(predicted.sum(axis=1), total),
+        "kappa": np.where(total > 0, kappa, np.nan),
     }
 
 
-def _distances(errors: NDArray[np.float64]) -> dict[str, float | None]:
-    """Median and 90th percentile; None of nothing."""
-    if not len(errors):
-        return {"median": None, "p90": None}
-    median, p90 = np.percentile(errors, [50, 90])
-    return {"median": float(median), "p90": float(p90)}
+def _percentiles(parts: Sequence[Real], weights: Whole, percents: tuple[int, ...]) -> list[Real]:
+    """Percentiles of the boundary errors, linear between neighbours as ``np.percentile`` is.
 
-
-def _share(part: int, whole: int) -> float | None:
-    """A fraction; None of nothing."""
-    return part / whole if whole else None
-
-
-def _kappa(confusion: NDArray[np.int64]) -> float | None:
-    """Cohen's kappa (Educational and Psychological Measurement 20(1), 1960) of counts (k, k + 1).
-
-    Where both raters are constant and agree, the formula is 0 / 0; it is 0 here as it is by the
-    formula when only one of them is constant.
+    All errors are sorted once; in a resample each occurs as often as its demonstration.
     """
-    n = int(confusion.sum())
-    if n == 0:
-        return None
-    human, predicted = confusion.sum(axis=1).tolist(), confusion.sum(axis=0)[:-1].tolist()
-    # Both sides times n squared, in whole numbers: zero is exactly zero.
-    chance = sum(h * p for h, p in zip(human, predicted, strict=True))
-    possible = n * n - chance
-    return (n * int(np.trace(confusion)) - chance) / possible if possible else 0.0
+    errors = np.concatenate(parts)
+    owners = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
+    order = np.argsort(errors, kind="stable")
+    errors, owners = errors[order], owners[order]
+    result = [np.full(len(weights), np.nan) for _ in percents]
+    if len(errors) == 0:
+        return result
+    step = max(1, AT_ONCE // len(errors))
+    for first in range(0, len(weights), step):
+        chunk = slice(first, first + step)
+        upto = np.cumsum(weights[chunk][:, owners], axis=1)
+        count = upto[:, -1]
+        defined = count > 0
+        for share, values in zip(percents, result, strict=True):
+            rank = np.maximum(count - 1, 0) * (share / 100)
+            low = np.floor(rank)
+            ends = [
+                errors[np.minimum((upto <= at[:, None]).sum(axis=1), len(errors) - 1)]
+                for at in (low, np.minimum(low + 1, np.maximum(count - 1, 0)))
+            ]
+            interpolated = ends[0] + (rank - low) * (ends[1] - ends[0])
+            values[chunk] = np.where(defined, interpolated, np.nan)
+    return result
+
+
+def _fractions(parts: NDArray[np.number], wholes: NDArray[np.number]) -> Real:
+    """Fractions; NaN of nothing."""
+    above, below = parts.astype(np.float64), wholes.astype(np.float64)
+    return np.divide(above, below, out=np.full(above.shape, np.nan), where=below > 0)
+
+
+def nested(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Values by the names of :data:`METRICS`, as the JSON of scores has them."""
+    result: dict[str, Any] = {}
+    for name, value in values.items():
+        *path, last = name.split(".")
+        inner = result
+        for part in path:
+            inner = inner.setdefault(part, {})
+        inner[last] = value
+    return result
+
+
+def look_up(record: Mapping[str, Any], name: str) -> Any:
+    """The value in a JSON of scores under a name such as ``"f1.50"``; None if there is none."""
+    value: Any = record
+    for part in name.split("."):
+        if not isinstance(value, (dict, Mapping)):  # to ask for a dict alone is much faster
+            return None
+        value = value.get(part)
+    return value
 
 
 #: Ticks a second: the samples of these overlays.
@@ -611,15 +633,23 @@ def overlay_segments(human: Segments, predicted: Segments, actions: Sequence[str
 
     Segments are in order and never overlap; touching ones of one action are one.
     """
-    number = {action: code for code, action in enumerate(actions)}
-    edges = np.array([time for s in (*human, *predicted) for time in (s.start, s.end)])
-    ticks, firsts = np.unique(np.rint(edges * TICKS).astype(np.int64), return_index=True)
-    times = edges[firsts]
+    number = {action: code for code, action in enumerate(actions, 1)}
+    both = (*human, *predicted)
+    edges = np.array([(s.start, s.end) for s in both])
+    ticks, firsts, places = np.unique(
+        np.rint(edges * TICKS).astype(np.int64), return_index=True, return_inverse=True
+    )
+    times = edges.ravel()[firsts]
+    # Each segment raises the code of its track from unlabelled, -1, and its end takes it back.
+    codes = np.array([number[s.action] for s in both], dtype=np.int64)
+    track = np.repeat([0, 1], [len(human), len(predicted)])
+    starts, ends = places.reshape(-1, 2).T
+    steps = np.zeros((2, len(ticks)), dtype=np.int64)
+    np.add.at(steps, (track, starts), codes)
+    np.subtract.at(steps, (track, ends), codes)
+    human_codes, predicted_codes = steps[:, :-1].cumsum(axis=1) - 1
     return Overlay.from_codes(
-        _codes(human, number, ticks),
-        _codes(predicted, number, ticks),
-        len(actions),
-        lambda codes: gather_runs(codes, ticks, times),
+        human_codes, predicted_codes, len(actions), lambda c: gather_runs(c, ticks, times)
     )
 
 
@@ -667,25 +697,7 @@ def score_tracks(
     return pool(name, [count_segments(human, predicted, scored)])
 
 
-def _codes(
-    segments: Segments, number: dict[str, int], ticks: NDArray[np.int64]
-) -> NDArray[np.int64]:
-    """The code of the time between each edge and the next, shape (edges - 1,)."""
-    starts = ticks[:-1]
-    if not segments:
-        return np.full(len(starts), UNLABELLED, dtype=np.int64)
-    codes = np.array([number[s.action] for s in segments], dtype=np.int64)
-    begin, end = (
-        np.rint(np.array([getattr(s, side) for s in segments]) * TICKS).astype(np.int64)
-        for side in ("start", "end")
-    )
-    last = np.searchsorted(begin, starts, side="right") - 1
-    return np.where((last >= 0) & (starts < end[last]), codes[last], UNLABELLED)
-
-
-def gather_runs(
-    codes: NDArray[np.int64], ticks: NDArray[np.int64], times: NDArray[np.float64]
-) -> Runs:
+def gather_runs(codes: Codes, ticks: Whole, times: Real) -> Runs:
     """Neighbours of equal code as one; code ``i`` holds from tick and time ``i`` to the next."""
     runs = stretches(codes, times[:-1], times[1:])
     return Runs(runs.codes, ticks[runs.firsts], ticks[runs.lasts], runs.starts, runs.ends)

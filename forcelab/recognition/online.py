@@ -22,8 +22,8 @@ from dataclasses import dataclass
 from math import ceil, floor
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcelab.arrays import Codes, Flags, Real
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
@@ -37,10 +37,6 @@ from forcelab.signals.channels import channel_map
 from forcelab.signals.conditioning import noise_level
 from forcelab.signals.cwt import early_error, frequencies, reaches
 from forcelab.signals.grid import SAME_RATE, Grid, measured, on_grid
-
-Real = NDArray[np.float64]
-Codes = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 #: Seconds of samples that wavelets label at once, at least and at most: a tenth of the latency.
 HOP, LONGEST_HOP = 0.04, 0.1
@@ -93,10 +89,10 @@ class Budget:
     lag: int  # further hops that filters or decoder wait for
 
 
-def limits_of(recogniser: Recogniser) -> dict[int, float]:
-    """The least seconds of each code that the drop heuristic keeps."""
-    share = recogniser.settings.drop
-    return {} if share is None else recogniser.shortest_seconds(share)
+def longest_dropped(recogniser: Recogniser) -> float:
+    """Seconds up to which the drop heuristic takes out segments, of whichever action most."""
+    limits = recogniser.shortest_seconds(recogniser.settings.drop or 0.0)
+    return max(limits.values(), default=0.0)
 
 
 def grid_rate(recogniser: Recogniser, period: float) -> float:
@@ -117,7 +113,7 @@ def budget_of(recogniser: Recogniser, latency: float, period: float) -> Budget:
         return Budget(hop, look, complete, lag)
     hop = max(1, round(min(max(HOP, 0.1 * latency), LONGEST_HOP) * rate)) / rate
     after = 0 if settings.median is None else (settings.median - 1) // 2
-    need = after / rate + max(limits_of(recogniser).values(), default=0.0)
+    need = after / rate + longest_dropped(recogniser)
     spare = max(0.0, latency - hop)
     lag = min(ceil(need / hop), floor(min(spare, 0.5 * latency) / hop + 1e-6))
     ahead = floor((spare - lag * hop) / period + 1e-6) * period
@@ -207,7 +203,7 @@ class _WaveletStage(_Stage):
         self.past = self._before / rate
         self._noise, self._noise_age = np.zeros(len(recogniser.channels)), 0  # age: in hops
         # Of what is decided so much that a segment has lasted long enough.
-        filtered = (settings.median or 0) / rate + max(limits_of(recogniser).values(), default=0.0)
+        filtered = (settings.median or 0) / rate + longest_dropped(recogniser)
         self._past: deque[_Classified | None] = deque(maxlen=ceil(filtered / budget.hop) + 1)
 
     def _classified(self, hop: _Hop) -> _Classified:

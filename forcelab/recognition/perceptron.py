@@ -18,12 +18,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.arrays import Codes, Real
 from forcelab.recognition.forest import require, require_numbers, softmax
 from forcelab.runtime import one_blas_thread
 
-Real = NDArray[np.float64]
 Single = NDArray[np.float32]
-Codes = NDArray[np.int64]
 
 #: Units of the hidden layer, and the weight of the penalty on the squares of its weights.
 HIDDEN, PENALTY = 32, 0.1

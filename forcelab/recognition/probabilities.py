@@ -19,6 +19,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.arrays import Codes, Flags, Real, Whole
+
 #: Values a second that are kept.
 RATE = 50.0
 #: Steps between the probabilities 0 and 1 that are told apart.
@@ -42,10 +44,7 @@ class ProbabilityTrace:
 
     @classmethod
     def from_probabilities(
-        cls,
-        times: NDArray[np.float64],
-        probabilities: NDArray[np.floating],
-        actions: tuple[str, ...],
+        cls, times: Real, probabilities: NDArray[np.floating], actions: tuple[str, ...]
     ) -> ProbabilityTrace:
         """Mean probabilities of increasing `times` (n,), :data:`RATE` a second.
 
@@ -91,17 +90,17 @@ class ProbabilityTrace:
         return cls(float(plain["start"]), float(plain["rate"]), actions, values)
 
     @property
-    def times(self) -> NDArray[np.float64]:
+    def times(self) -> Real:
         """The middle of each bin in seconds, shape (n,)."""
         middles = np.arange(len(self.values), dtype=np.float64) + 0.5
         return np.asarray(self.start + middles / self.rate, dtype=np.float64)
 
     @property
-    def known(self) -> NDArray[np.bool_]:
+    def known(self) -> Flags:
         """In which bins anything is known, shape (n,); not so in gaps."""
         return np.asarray(self.values.any(axis=1))
 
-    def mean(self, start: float, end: float) -> NDArray[np.float64]:
+    def mean(self, start: float, end: float) -> Real:
         """Mean probability of each action over ``[start, end)`` seconds, shape (K,).
 
         Of the bins in which anything is known; zero where there are none.
@@ -117,7 +116,7 @@ class ProbabilityTrace:
         column = values[:, self.actions.index(action)]  # alone: it is asked for in long lists
         return float(column.sum()) / (STEPS * _known_bins(values))
 
-    def at(self, action: str, times: NDArray[np.float64]) -> NDArray[np.float64]:
+    def at(self, action: str, times: Real) -> Real:
         """Probability of one action at some times (s), shape (n,); NaN where nothing is known."""
         places = np.floor((times - self.start) * self.rate + ROUNDING).astype(np.int64)
         places = np.clip(places, 0, len(self.values) - 1)
@@ -151,16 +150,16 @@ class Reliability:
     squares: float
     #: steps, right: (b,); steps, and those recognised right, by the probability of the most
     #: probable action
-    steps: NDArray[np.int64]
-    right: NDArray[np.int64]
-    sure: NDArray[np.float64]  # (b,); sums of that probability
+    steps: Whole
+    right: Whole
+    sure: Real  # (b,); sums of that probability
 
     @classmethod
     def from_predictions(
         cls,
-        probabilities: NDArray[np.float64],
+        probabilities: Real,
         predicted_actions: Sequence[str],
-        human: NDArray[np.int64],
+        human: Codes,
         actions: Sequence[str],
     ) -> Reliability:
         """Compare probabilities (n, K) with the human's codes (n,) of `actions`.

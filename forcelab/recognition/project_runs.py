@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 
 from forcelab.errors import InputError, UnclearAuthorError
 from forcelab.jobs import Progress, job
@@ -215,31 +216,14 @@ def evaluate_joined(
     known: Known | None = None,
 ) -> EvaluationJob:
     """One evaluation of joined tasks, of what :meth:`DataSelection.load_parts` gives."""
+    tested = selection.test_task if selection.test_names is None else selection.test_names
+    title, train, test = run_title(tasks, tested), datasets[0].labelled, datasets[-1].labelled
     if selection.leaves_out:
-        title = run_title(tasks, None)
-        labelled, folds = datasets[0].labelled, selection.folds
-        return leave_one_out_job(
-            labelled,
-            settings,
-            title,
-            jobs,
-            probability_trace=probability_trace,
-            folds=folds,
-            known=known,
-        )
-    title = run_title(
-        tasks, selection.test_task if selection.test_names is None else selection.test_names
-    )
-    train, test = (part.labelled for part in datasets)
-    return train_and_test_job(
-        train,
-        test,
-        settings,
-        title,
-        probability_trace=probability_trace,
-        adapt=selection.adapt,
-        known=known,
-    )
+        folds = selection.folds
+        job = partial(leave_one_out_job, train, settings, title, jobs, folds=folds)
+    else:
+        job = partial(train_and_test_job, train, test, settings, title, adapt=selection.adapt)
+    return job(probability_trace=probability_trace, known=known)
 
 
 def provenance(

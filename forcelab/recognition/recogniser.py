@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.arrays import Codes, Flags, Real, Whole
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED, Segments, from_codes
@@ -63,16 +64,16 @@ class Prediction:
         Of the probabilities before they are decoded or filtered; None without a human to compare.
     """
 
-    times: NDArray[np.float64]
+    times: Real
     actions: tuple[str, ...]
-    stages: dict[str, NDArray[np.int64]]
-    probabilities: NDArray[np.float64] | None
+    stages: dict[str, Codes]
+    probabilities: Real | None
     seconds: dict[str, float]
     probability_trace: ProbabilityTrace | None = None
-    ablations: dict[str, NDArray[np.int64]] = field(default_factory=dict)
+    ablations: dict[str, Codes] = field(default_factory=dict)
     reliability: Reliability | None = None
 
-    def at(self, times: NDArray[np.float64], steps: NDArray[np.int64]) -> Prediction:
+    def at(self, times: Real, steps: Whole) -> Prediction:
         """The prediction at other stamps (s), shape (m,), given the time step of each."""
         probabilities = None if self.probabilities is None else self.probabilities[steps]
         moved = replace(self, times=times, probabilities=probabilities)
@@ -85,19 +86,19 @@ class Prediction:
         renamed = replace(self, actions=actions, probabilities=None)
         return renamed._each(lambda codes: table[codes])
 
-    def _each(self, change: Callable[[NDArray[np.int64]], NDArray[np.int64]]) -> Prediction:
+    def _each(self, change: Callable[[Codes], Codes]) -> Prediction:
         """The prediction with all codes changed alike."""
         stages = {name: change(codes) for name, codes in self.stages.items()}
         ablations = {name: change(codes) for name, codes in self.ablations.items()}
         return replace(self, stages=stages, ablations=ablations)
 
     @property
-    def raw(self) -> NDArray[np.int64]:
+    def raw(self) -> Codes:
         """Codes before the filters."""
         return self.stages["raw"]
 
     @property
-    def filtered(self) -> NDArray[np.int64]:
+    def filtered(self) -> Codes:
         """Codes after the filters."""
         return self.stages["filtered"]
 
@@ -284,8 +285,8 @@ class Recogniser:
         )
 
     def classify(
-        self, features: NDArray[np.float64], valid: NDArray[np.bool_], with_probabilities: bool
-    ) -> tuple[NDArray[np.int64], NDArray[np.float64] | None]:
+        self, features: Real, valid: Flags, with_probabilities: bool
+    ) -> tuple[Codes, Real | None]:
         """Codes of time steps, and probabilities where something needs them or they are wanted."""
         n, classes = len(features), self.classifier.classes_
         raw = np.empty(n, dtype=np.int64)
@@ -311,8 +312,8 @@ class Recogniser:
 
     def _decode(
         self,
-        probabilities: NDArray[np.float64],
-        changes: NDArray[np.float64] | None,
+        probabilities: Real,
+        changes: Real | None,
         examples: Examples,
         method: Callable[..., NDArray[Any]],
         use: str,
@@ -324,12 +325,8 @@ class Recogniser:
         return method(logs, examples.valid, step, self.grammar, use, changes=changes)
 
     def filter(
-        self,
-        raw: NDArray[np.int64],
-        probabilities: NDArray[np.float64] | None,
-        times: NDArray[np.float64],
-        valid: NDArray[np.bool_],
-    ) -> dict[str, NDArray[np.int64]]:
+        self, raw: Codes, probabilities: Real | None, times: Real, valid: Flags
+    ) -> dict[str, Codes]:
         """The stages of the filters that are switched on, in the paper's order."""
         codes, settings = raw.copy(), self.settings
         stages = {"raw": raw}

@@ -9,14 +9,14 @@ from operator import add
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from forcelab.above import Drawing, call_above
+from forcelab.arrays import Codes
 from forcelab.demonstration import Demonstration
 from forcelab.labels import Segment, Segments, from_codes
 from forcelab.notebook import html_picture, html_table, html_title
-from forcelab.recognition.intervals import Intervals, look_up, score_intervals
-from forcelab.recognition.metrics import Counts, Scores, count, pool
+from forcelab.recognition.intervals import Intervals, score_intervals
+from forcelab.recognition.metrics import Counts, Scores, count, look_up, pool
 from forcelab.recognition.probabilities import ProbabilityTrace, Reliability
 from forcelab.recognition.recogniser import Prediction
 from forcelab.recognition.settings import Settings
@@ -128,7 +128,7 @@ class HeldOutPrediction(Prediction):
     """
 
     demonstration: Demonstration
-    human: NDArray[np.int64]  # (n,); codes
+    human: Codes  # (n,); codes
 
     @property
     def id(self) -> str:

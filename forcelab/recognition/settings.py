@@ -13,8 +13,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
+from forcelab.arrays import Real, Whole
 from forcelab.errors import InputError
 from forcelab.label_map import MergeMap
 from forcelab.recognition.classifiers import REGISTRY
@@ -25,17 +26,8 @@ from forcelab.signals.cwt import frequencies, geometric_scales
 from forcelab.signals.wavelets import WAVELETS, Wavelet, wavelet_named
 from forcelab.text import unknown_word
 
-#: Classifiers by name, and those that are kept as plain arrays.
-CLASSIFIERS = tuple(REGISTRY)
+#: Classifiers that are kept as plain arrays.
 PLAIN_CLASSIFIERS = tuple(name for name, kind in REGISTRY.items() if kind.plain)
-#: What a time step is known by.
-FEATURES = ("wavelets", "windows", "windows+wavelets")
-#: The unit of forces in windows: newtons, a demonstration's own amplitude, or both side by side.
-AMPLITUDES = ("absolute", "own", "both")
-#: What makes a timeline out of single decisions, and how much a decoder may know beforehand.
-DECODERS = ("filters", "semi-markov")
-CHOREOGRAPHIES = ("none", "durations", "order")
-
 #: Standard deviations in seconds of the windows in which channels are looked at.
 WINDOWS = (0.01, 0.04, 0.16, 0.64)
 #: Samples a second that a grid may have, and the samples that a running median may look at.
@@ -68,7 +60,7 @@ class Settings:
     phase : bool
         Whether the phases stand beside the log magnitudes.
     classifier : str
-        One of :data:`CLASSIFIERS`, or one's own by its import path
+        One of :data:`~forcelab.recognition.classifiers.REGISTRY`, or one's own by its import path
         (:func:`~forcelab.recognition.plugins.register_classifier`).
     stride : int
         Train on every `stride`-th time step; recognition always covers all of them. See
@@ -85,9 +77,9 @@ class Settings:
     seed : int
         Of everything random.
     features : str
-        One of :data:`FEATURES`: wavelets, or level, slope and strength in Gaussian windows, or
-        both side by side. One's own by their import path stand for them, or beside them:
-        ``"windows+mylab.features:band_energy"``
+        ``"wavelets"``, or level, slope and strength in Gaussian ``"windows"``, or both side by
+        side, ``"windows+wavelets"``. One's own by their import path stand for them, or beside
+        them: ``"windows+mylab.features:band_energy"``
         (:func:`~forcelab.recognition.plugins.register_features`).
     circular : bool
         Whether cosine and sine of each phase, fading where there is only noise, stand for it:
@@ -97,7 +89,8 @@ class Settings:
     step : float, optional
         Seconds between two time steps that have features; every sample of the grid by default.
     amplitude : str
-        One of :data:`AMPLITUDES`, of windows only.
+        The unit of forces in windows: ``"absolute"``, as recorded, ``"own"``, each demonstration's
+        own amplitude, or ``"both"`` side by side.
     peaks : bool
         Whether distances from the highest and the lowest level, before and after, stand beside the
         windows; of windows only.
@@ -110,9 +103,10 @@ class Settings:
     changes : bool
         Whether it is learnt where actions change, for the decoder.
     decoder : str
-        One of :data:`DECODERS`. The decoder takes the place of all filters.
+        ``"filters"``, or ``"semi-markov"``: the decoder takes the place of all filters.
     choreography : str
-        One of :data:`CHOREOGRAPHIES`: what of the training tracks the decoder may use.
+        What of the training tracks the decoder may use: ``"none"``, ``"durations"``, or with them
+        the ``"order"``.
 
     Raises
     ------
@@ -159,7 +153,7 @@ class Settings:
             "classifier": is_import_path(self.classifier),
             "features": isinstance(self.features, str)
             and len(set(self.own_features)) == len(self.own_features) > 0
-            and self.known_features in ("", *FEATURES),
+            and self.known_features in ("", *_CHOICES["features"]),
         }
         for name, choices in _CHOICES.items():
             if getattr(self, name) not in choices and not own.get(name):
@@ -182,13 +176,13 @@ class Settings:
         return wavelet_named(self.wavelet, self.parameter)
 
     @property
-    def scales(self) -> NDArray[np.float64]:
+    def scales(self) -> Real:
         """Scales in samples, shape (k,)."""
         return geometric_scales(self.min_scale, self.max_scale, self.spacing)
 
     @property
     def known_features(self) -> str:
-        """One of :data:`FEATURES`; empty where one's own features stand alone."""
+        """The kind of features without one's own; empty where these stand alone."""
         return _known_features(self.features)
 
     @property
@@ -215,7 +209,7 @@ class Settings:
         """Whether a decoder takes the place of the filters."""
         return self.decoder != "filters"
 
-    def bands(self, rate: float) -> NDArray[np.float64]:
+    def bands(self, rate: float) -> Real:
         """The frequency in Hz that each window, or else scale, answers to, shape (k,), falling.
 
         Of a window the angular frequency is one over its standard deviation: what changes faster
@@ -237,27 +231,36 @@ class Settings:
         own = (plugin_width(path, channels, rate) for path in self.own_features)
         return len(self.feature_bands(channels, rate)) + sum(own)
 
-    def feature_bands(self, channels: int, rate: float) -> NDArray[np.int64]:
-        """Which of the k :meth:`bands` of which channel each feature is of, shape (f,).
+    def _blocks(self, rate: float) -> list[tuple[str, list[str], Whole]]:
+        """Each block of features: what of a channel, by which windows or scales, of which band.
 
-        k times the channel, plus the band. A peak belongs to the window that is about as long as it
-        looks, a wavelet beside windows to the one of the nearest frequency. One's own features,
-        which are of none, are left out.
+        A peak belongs to the window that is about as long as it looks, a wavelet beside windows to
+        the one of the nearest frequency.
         """
+        blocks: list[tuple[str, list[str], Whole]] = []
         bands = self.bands(rate)
-        every = np.arange(len(bands))
-        blocks: list[NDArray[np.int64]] = []  # of one channel, as often as there are of that kind
         if "windows" in self.known_features:
-            blocks += [every] * (6 if self.amplitude == "both" else 3)
+            names, own = [f"{window:.6g} s" for window in self.windows], np.arange(len(bands))
+            units = {"absolute": ("",), "own": ("own ",), "both": ("", "own ")}[self.amplitude]
+            blocks += [(unit + kind, names, own) for unit in units for kind in KINDS]
             if self.peaks:
-                octaves = np.abs(np.log(np.divide.outer(SPANS, self.windows)))
-                blocks += [octaves.argmin(axis=1)] * len(PEAKS)
+                names, nearest = [f"{span:g} s" for span in SPANS], _nearest(SPANS, self.windows)
+                blocks += [(kind, names, nearest) for kind in PEAKS]
         if "wavelets" in self.known_features:
             hertz = frequencies(self.scales, rate, self.mother)
-            nearest = np.abs(np.log(np.divide.outer(hertz, bands))).argmin(axis=1)
-            blocks += [nearest] * (1 + (2 if self.circular else 1) * self.phase)
-        firsts = len(bands) * np.arange(channels)[:, None]
-        return np.concatenate([every[:0], *((firsts + block).ravel() for block in blocks)])
+            names, nearest = [f"{f:.6g} Hz" for f in hertz], _nearest(hertz, bands)
+            phases = ("cosine of phase", "sine of phase") if self.circular else ("phase",)
+            blocks += [(kind, names, nearest) for kind in ("log magnitude", *phases * self.phase)]
+        return blocks
+
+    def feature_bands(self, channels: int, rate: float) -> Whole:
+        """Which of the k :meth:`bands` of which channel each feature is of, shape (f,).
+
+        k times the channel, plus the band. One's own features, which are of none, are left out.
+        """
+        firsts = len(self.bands(rate)) * np.arange(channels)[:, None]
+        blocks = [(firsts + bands).ravel() for _, _, bands in self._blocks(rate)]
+        return np.concatenate([np.empty(0, dtype=np.int64), *blocks])
 
     def feature_names(self, channels: Sequence[str], rate: float) -> tuple[str, ...]:
         """What each feature is: channel, kind, and window or span in seconds, or frequency in Hz.
@@ -269,27 +272,16 @@ class Settings:
         rate : float
             Samples a second of the grid.
         """
-        blocks: list[tuple[str, list[str]]] = []
-        if "windows" in self.known_features:
-            windows = [f"{window:.6g} s" for window in self.windows]
-            units = {"absolute": ("",), "own": ("own ",), "both": ("", "own ")}[self.amplitude]
-            blocks += [(unit + kind, windows) for unit in units for kind in KINDS]
-            if self.peaks:
-                blocks += [(kind, [f"{span:g} s" for span in SPANS]) for kind in PEAKS]
-        if "wavelets" in self.known_features:
-            hertz = [f"{f:.6g} Hz" for f in frequencies(self.scales, rate, self.mother)]
-            phases = ("cosine of phase", "sine of phase") if self.circular else ("phase",)
-            blocks += [(kind, hertz) for kind in ("log magnitude", *phases * self.phase)]
+        known = (
+            f"{channel} {kind} {name}"
+            for kind, names, _ in self._blocks(rate)
+            for channel in channels
+            for name in names
+        )
         own = (
             f"{path} {number}"
             for path in self.own_features
             for number in range(1, plugin_width(path, len(channels), rate) + 1)
-        )
-        known = (
-            f"{channel} {kind} {band}"
-            for kind, bands in blocks
-            for channel in channels
-            for band in bands
         )
         return (*known, *own)
 
@@ -375,139 +367,6 @@ class Settings:
 def _unpickle(values: dict[str, Any], named: tuple[Named, ...]) -> Settings:
     name_as(named)
     return Settings(**values)
-
-
-#: The settings that are one of several words, and those that are on or off.
-_CHOICES: Mapping[str, tuple[str, ...]] = {
-    "classifier": CLASSIFIERS,
-    "features": FEATURES,
-    "amplitude": AMPLITUDES,
-    "decoder": DECODERS,
-    "choreography": CHOREOGRAPHIES,
-}
-_SWITCHES = ("phase", "circular", "peaks", "balanced", "calibrated", "trimmed", "changes")
-
-
-def _value_text(value: object) -> str:
-    """A value in a sentence."""
-    if isinstance(value, tuple):
-        return ", ".join(str(item) for item in value) or "none"
-    return str(value)
-
-
-Check = Callable[[Any], bool]
-
-
-def _number(least: float, most: float) -> Check:
-    """A number (True and False are none) in a range; NaN is in none."""
-    return lambda value: type(value) in (int, float) and least <= value <= most
-
-
-def _whole(least: int, most: int) -> Check:
-    """An int (True and False are none) in a range."""
-    return lambda value: type(value) is int and least <= value <= most
-
-
-def _optional(check: Check) -> Check:
-    return lambda value: value is None or check(value)
-
-
-def _are_names(values: Sequence[object]) -> bool:
-    return all(isinstance(name, str) for name in values) and len(set(values)) == len(values)
-
-
-def _are_windows(values: object) -> bool:
-    return (
-        isinstance(values, tuple)
-        and 1 <= len(values) <= 32
-        and all(map(_number(1e-4, 1e3), values))
-        and all(a < b for a, b in itertools.pairwise(values))
-    )
-
-
-_SCALE = (_number(1e-3, LARGEST_SCALE), f"be from 0.001 to {LARGEST_SCALE:.0f} samples")
-#: Whether a setting's value is in its range, and what the range is.
-_RANGES: Mapping[str, tuple[Check, str]] = {
-    "preset": (lambda value: isinstance(value, str), "be a name"),
-    "channels": (_optional(_are_names), "name each channel once"),
-    "rate": (_optional(_number(*RATES)), f"be from {RATES[0]:g} to {RATES[1]:,.0f} Hz"),
-    "parameter": (_optional(_number(0, 1e6)), "be from 0 to 1,000,000"),
-    "min_scale": _SCALE,
-    "max_scale": _SCALE,
-    "spacing": (_number(1e-3, 100), "be from 0.001 to 100 octaves"),
-    **dict.fromkeys(_SWITCHES, (lambda value: isinstance(value, bool), "be true or false")),
-    "windows": (
-        _are_windows,
-        "be 1 to 32 numbers of seconds from 0.0001 to 1000, the smallest first",
-    ),
-    "step": (_optional(_number(1e-6, 1e3)), "be from 0.000001 to 1000 seconds"),
-    "stride": (_whole(1, 2**31 - 1), "be a whole number from 1 to 2^31 - 1"),
-    "threshold": (_optional(_number(0, 1)), "be from 0 to 1"),
-    "median": (_optional(_whole(1, WIDEST)), f"be a whole number from 1 to {WIDEST:,}"),
-    "drop": (_optional(_number(0, 1e6)), "be from 0 to 1,000,000"),
-    "seed": (_whole(0, 2**32 - 1), "be a whole number from 0 to 2^32 - 1"),
-}
-
-
-#: A setting, and what it has to be.
-Need = tuple[str, Collection[Any]]
-
-_WAVELETS: Need = ("features", tuple(name for name in FEATURES if "wavelets" in name))
-_WINDOWS: Need = ("features", tuple(name for name in FEATURES if "windows" in name))
-_PLAIN: Need = ("classifier", PLAIN_CLASSIFIERS)
-#: Those that draw something at random.
-_DRAWN: Need = ("classifier", tuple(name for name, kind in REGISTRY.items() if kind.random))
-_DECODER: Need = ("decoder", ("semi-markov",))
-_FILTERS: Need = ("decoder", ("filters",))
-#: What has to be so for a setting to count; one that is not named always does.
-_NEEDS: Mapping[str, tuple[Need, ...]] = {
-    **dict.fromkeys(("wavelet", "min_scale", "max_scale", "spacing", "phase"), (_WAVELETS,)),
-    "parameter": (_WAVELETS, ("wavelet", tuple(name for name in WAVELETS if name != "haar"))),
-    "circular": (_WAVELETS, ("phase", (True,))),
-    **dict.fromkeys(("windows", "amplitude", "peaks"), (_WINDOWS,)),
-    **dict.fromkeys(("balanced", "calibrated"), (_PLAIN,)),
-    "seed": (_DRAWN,),
-    **dict.fromkeys(("choreography", "changes"), (_DECODER,)),
-    **dict.fromkeys(("threshold", "median", "drop"), (_FILTERS,)),
-}
-
-
-def applies(name: str, values: Mapping[str, Any]) -> bool:
-    """Whether a setting changes anything, given all of them by name."""
-    return _unmet_need(name, values) is None
-
-
-def why_not_applied(name: str, values: Mapping[str, Any]) -> str:
-    """Why a setting changes nothing, as the end of a sentence; empty where it does."""
-    need = _unmet_need(name, values)
-    if need is None:
-        return ""
-    other, accepted = need
-    return (
-        f"with {other} {_word(values[other])}; it needs {other} {' or '.join(map(_word, accepted))}"
-    )
-
-
-def _unmet_need(name: str, values: Mapping[str, Any]) -> Need | None:
-    """The first condition of a setting that is not met."""
-    if name == "seed" and is_import_path(values["classifier"]):
-        return None  # which may draw something
-    if name == "seed" and (values["trimmed"] or (values["changes"] and applies("changes", values))):
-        return None  # of them, too, something is drawn
-    if name in ("balanced", "calibrated") and values["features"] != "wavelets":
-        return None  # of any classifier: the features are standardised
-    values = {**values, "features": _known_features(values["features"])}
-    return next((need for need in _NEEDS.get(name, ()) if values[need[0]] not in need[1]), None)
-
-
-def _known_features(features: str) -> str:
-    """A kind of features without one's own."""
-    return "+".join(part for part in features.split("+") if not is_import_path(part))
-
-
-def _word(value: object) -> str:
-    """A value as it is written."""
-    return {True: "on", False: "off"}[value] if isinstance(value, bool) else str(value)
 
 
 _FEATURE_FIELDS = (
@@ -778,3 +637,139 @@ FIELDS = tuple(field for fields in FIELD_GROUPS.values() for field in fields)
 WINDOWS_FIELD = SettingField(
     "windows", "windows", "Windows", "Standard deviations of the windows, rising.", unit="s"
 )
+
+#: The words of each setting that is one of several, but of the wavelet, which says itself what it
+#: may be; and the settings that are on or off.
+_CHOICES = {
+    field.name: tuple(word for word, _ in field.options)
+    for field in FIELDS
+    if field.options and field.name != "wavelet"
+}
+_SWITCHES = [field.name for field in FIELDS if field.kind == "flag"]
+
+
+def _value_text(value: object) -> str:
+    """A value in a sentence."""
+    if isinstance(value, tuple):
+        return ", ".join(str(item) for item in value) or "none"
+    return str(value)
+
+
+Check = Callable[[Any], bool]
+
+
+def _number(least: float, most: float) -> Check:
+    """A number (True and False are none) in a range; NaN is in none."""
+    return lambda value: type(value) in (int, float) and least <= value <= most
+
+
+def _whole(least: int, most: int) -> Check:
+    """An int (True and False are none) in a range."""
+    return lambda value: type(value) is int and least <= value <= most
+
+
+def _optional(check: Check) -> Check:
+    return lambda value: value is None or check(value)
+
+
+def _are_names(values: Sequence[object]) -> bool:
+    return all(isinstance(name, str) for name in values) and len(set(values)) == len(values)
+
+
+def _are_windows(values: object) -> bool:
+    return (
+        isinstance(values, tuple)
+        and 1 <= len(values) <= 32
+        and all(map(_number(1e-4, 1e3), values))
+        and all(a < b for a, b in itertools.pairwise(values))
+    )
+
+
+_SCALE = (_number(1e-3, LARGEST_SCALE), f"be from 0.001 to {LARGEST_SCALE:.0f} samples")
+#: Whether a setting's value is in its range, and what the range is.
+_RANGES: Mapping[str, tuple[Check, str]] = {
+    "preset": (lambda value: isinstance(value, str), "be a name"),
+    "channels": (_optional(_are_names), "name each channel once"),
+    "rate": (_optional(_number(*RATES)), f"be from {RATES[0]:g} to {RATES[1]:,.0f} Hz"),
+    "parameter": (_optional(_number(0, 1e6)), "be from 0 to 1,000,000"),
+    "min_scale": _SCALE,
+    "max_scale": _SCALE,
+    "spacing": (_number(1e-3, 100), "be from 0.001 to 100 octaves"),
+    **dict.fromkeys(_SWITCHES, (lambda value: isinstance(value, bool), "be true or false")),
+    "windows": (
+        _are_windows,
+        "be 1 to 32 numbers of seconds from 0.0001 to 1000, the smallest first",
+    ),
+    "step": (_optional(_number(1e-6, 1e3)), "be from 0.000001 to 1000 seconds"),
+    "stride": (_whole(1, 2**31 - 1), "be a whole number from 1 to 2^31 - 1"),
+    "threshold": (_optional(_number(0, 1)), "be from 0 to 1"),
+    "median": (_optional(_whole(1, WIDEST)), f"be a whole number from 1 to {WIDEST:,}"),
+    "drop": (_optional(_number(0, 1e6)), "be from 0 to 1,000,000"),
+    "seed": (_whole(0, 2**32 - 1), "be a whole number from 0 to 2^32 - 1"),
+}
+
+
+#: A setting, and what it has to be.
+Need = tuple[str, Collection[Any]]
+
+_WAVELETS: Need = ("features", tuple(f for f in _CHOICES["features"] if "wavelets" in f))
+_WINDOWS: Need = ("features", tuple(f for f in _CHOICES["features"] if "windows" in f))
+_PLAIN: Need = ("classifier", PLAIN_CLASSIFIERS)
+#: Those that draw something at random.
+_DRAWN: Need = ("classifier", tuple(name for name, kind in REGISTRY.items() if kind.random))
+_DECODER: Need = ("decoder", ("semi-markov",))
+_FILTERS: Need = ("decoder", ("filters",))
+#: What has to be so for a setting to count; one that is not named always does.
+_NEEDS: Mapping[str, tuple[Need, ...]] = {
+    **dict.fromkeys(("wavelet", "min_scale", "max_scale", "spacing", "phase"), (_WAVELETS,)),
+    "parameter": (_WAVELETS, ("wavelet", tuple(name for name in WAVELETS if name != "haar"))),
+    "circular": (_WAVELETS, ("phase", (True,))),
+    **dict.fromkeys(("windows", "amplitude", "peaks"), (_WINDOWS,)),
+    **dict.fromkeys(("balanced", "calibrated"), (_PLAIN,)),
+    "seed": (_DRAWN,),
+    **dict.fromkeys(("choreography", "changes"), (_DECODER,)),
+    **dict.fromkeys(("threshold", "median", "drop"), (_FILTERS,)),
+}
+
+
+def applies(name: str, values: Mapping[str, Any]) -> bool:
+    """Whether a setting changes anything, given all of them by name."""
+    return _unmet_need(name, values) is None
+
+
+def why_not_applied(name: str, values: Mapping[str, Any]) -> str:
+    """Why a setting changes nothing, as the end of a sentence; empty where it does."""
+    need = _unmet_need(name, values)
+    if need is None:
+        return ""
+    other, accepted = need
+    return (
+        f"with {other} {_word(values[other])}; it needs {other} {' or '.join(map(_word, accepted))}"
+    )
+
+
+def _unmet_need(name: str, values: Mapping[str, Any]) -> Need | None:
+    """The first condition of a setting that is not met."""
+    if name == "seed" and is_import_path(values["classifier"]):
+        return None  # which may draw something
+    if name == "seed" and (values["trimmed"] or (values["changes"] and applies("changes", values))):
+        return None  # of them, too, something is drawn
+    if name in ("balanced", "calibrated") and values["features"] != "wavelets":
+        return None  # of any classifier: the features are standardised
+    values = {**values, "features": _known_features(values["features"])}
+    return next((need for need in _NEEDS.get(name, ()) if values[need[0]] not in need[1]), None)
+
+
+def _nearest(values: ArrayLike, bands: ArrayLike) -> Whole:
+    """Which band is nearest to each value, in octaves."""
+    return np.abs(np.log(np.divide.outer(values, bands))).argmin(axis=1)
+
+
+def _known_features(features: str) -> str:
+    """A kind of features without one's own."""
+    return "+".join(part for part in features.split("+") if not is_import_path(part))
+
+
+def _word(value: object) -> str:
+    """A value as it is written."""
+    return {True: "on", False: "off"}[value] if isinstance(value, bool) else str(value)

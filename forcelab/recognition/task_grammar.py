@@ -31,8 +31,8 @@ from statistics import median
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcelab.arrays import Codes, Real
 from forcelab.jobs import Progress, finish
 from forcelab.labels import UNLABELLED, Segment, Segments
 from forcelab.recognition.ensemble import (
@@ -45,8 +45,6 @@ from forcelab.recognition.examples import Examples
 from forcelab.recognition.forest import require
 from forcelab.recognition.settings import Settings
 from forcelab.segment_edits import fill_gaps
-
-Real = NDArray[np.float64]
 
 #: Seconds of unlabelled time between two segments up to which one follows the other.
 HOLE = 0.25
@@ -195,8 +193,6 @@ def _smoothed(follow: Real) -> Real:
     np.fill_diagonal(counts, 0.0)
     return counts / counts.sum(axis=1, keepdims=True)
 
-
-Codes = NDArray[np.int64]
 
 #: Seconds to either side of a change that are near it: about what coders differ by.
 NEAR = 0.06

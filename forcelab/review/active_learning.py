@@ -19,8 +19,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcelab.arrays import Real
 from forcelab.labels import UNLABELLED, Interval, Segments, to_codes
 from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.segment_edits import overlapping
@@ -36,8 +36,6 @@ BINS = 10
 LEAST = 0.5
 #: Seconds of the stretch that is looked at first.
 STRETCH = 1.0
-
-Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

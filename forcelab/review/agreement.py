@@ -11,17 +11,25 @@ segments touch, the end of the first is the start of the second and counts once.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcelab.arrays import Codes, Flags, Real, Whole
 from forcelab.jobs import Progress, job
-from forcelab.labels import Interval, Segments, to_codes
-from forcelab.recognition.metrics import OVERLAPS, Overlay, f1, gather_runs, match_segments
+from forcelab.labels import Interval, Segment, Segments, to_codes
+from forcelab.recognition.metrics import (
+    OVERLAPS,
+    Overlay,
+    count_matches,
+    f1,
+    gather_runs,
+    match_segments,
+)
 from forcelab.review.coder_tracks import CoderTracks
 from forcelab.review.consistency import Consistency, consistency
 from forcelab.review.differences import track_pieces
@@ -41,18 +49,18 @@ class TrackPieces:
     """Tracks laid over each other, cut wherever one of them changes; p pieces of c tracks."""
 
     #: starts, ends: (p,); in seconds
-    starts: NDArray[np.float64]
-    ends: NDArray[np.float64]
+    starts: Real
+    ends: Real
     #: (c, p); numbers of actions, -1 where unlabelled; at least one track is labelled in each piece
-    codes: NDArray[np.int64]
+    codes: Codes
 
     @property
-    def seconds(self) -> NDArray[np.float64]:
+    def seconds(self) -> Real:
         """Length of each piece, shape (p,)."""
         return self.ends - self.starts
 
     @property
-    def labelled_by_all(self) -> NDArray[np.bool_]:
+    def labelled_by_all(self) -> Flags:
         """Mask of the pieces that every track labels, shape (p,)."""
         return np.asarray((self.codes >= 0).all(axis=0))
 
@@ -88,13 +96,13 @@ _Kind = tuple[bool, str]
 class MatchedBoundaries:
     """Matched boundaries of two tracks; m pairs."""
 
-    times: NDArray[np.float64]  # (m, 2); seconds, of the first and the second track
+    times: Real  # (m, 2); seconds, of the first and the second track
     actions: tuple[str, ...]  # length m; what starts or ends there
     starting: tuple[bool, ...]  # length m; whether it starts
     counts: tuple[int, int]  # how many boundaries each of the two has
 
     @property
-    def offsets(self) -> NDArray[np.float64]:
+    def offsets(self) -> Real:
         """Milliseconds by which the second track is later, shape (m,)."""
         return 1000.0 * (self.times[:, 1] - self.times[:, 0])
 
@@ -105,15 +113,19 @@ def boundary_times(segments: Segments) -> dict[_Kind, list[float]]:
     Touching segments of one action are one: there is no boundary between them.
     """
     times: dict[_Kind, list[float]] = {}
-    for index, segment in enumerate(segments):
-        before = segments[index - 1] if index else None
-        after = segments[index + 1] if index + 1 < len(segments) else None
-        touched = before is not None and segment.start - before.end <= SLIVER
-        if not (touched and before is not None and before.action == segment.action):
+    neighbours = zip((None, *segments), segments, (*segments[1:], None), strict=False)
+    for before, segment, after in neighbours:
+        if _begins(before, segment):
             times.setdefault((True, segment.action), []).append(segment.start)
         if after is None or after.start - segment.end > SLIVER:
             times.setdefault((False, segment.action), []).append(segment.end)
     return times
+
+
+def _begins(before: Segment | None, segment: Segment) -> bool:
+    """Whether an action begins with a segment; touching ones of one action are one."""
+    goes_on = before is not None and before.action == segment.action
+    return not goes_on or before is None or segment.start - before.end > SLIVER
 
 
 def match_boundaries(a: Segments, b: Segments, window: float = WINDOW) -> MatchedBoundaries:
@@ -159,7 +171,7 @@ def _nearest(
 TICKS = 1e6
 
 
-def segment_counts(pieces: TrackPieces, a: Segments, b: Segments) -> NDArray[np.int64]:
+def segment_counts(pieces: TrackPieces, a: Segments, b: Segments) -> Whole:
     """Count matched, false and missed segments, shape (overlaps, 2, 3), of two tracks.
 
     Each track in turn stands for the truth, by the rule of
@@ -169,33 +181,27 @@ def segment_counts(pieces: TrackPieces, a: Segments, b: Segments) -> NDArray[np.
     """
     common = _cut_to_both(pieces, a, b)
     overlays = _pair_overlay(common, 0, 1), _pair_overlay(common, 1, 0)
-    counts = []
-    for overlap in OVERLAPS:
-        for over in overlays:
-            true = len(match_segments(over, overlap))
-            counts.append((true, len(over.predicted) - true, len(over.human) - true))
-    return np.array(counts, dtype=np.int64).reshape(len(OVERLAPS), 2, 3)
+    return np.stack(
+        [count_matches(over, [match_segments(over, k) for k in OVERLAPS]) for over in overlays], 1
+    )
 
 
-def segment_f1(counts: NDArray[np.int64]) -> dict[int, float | None]:
+def segment_f1(counts: Whole) -> dict[int, float | None]:
     """F1 of segments, by the least overlap in percent; None where there is no segment.
 
     The mean of both ways, which differ only where segments compete for one another. `counts` as of
     :func:`segment_counts`, summed over demonstrations.
     """
-    scores: dict[int, float | None] = {}
-    for overlap, directions in zip(OVERLAPS, counts.tolist(), strict=True):
-        values = [value for direction in directions if (value := f1(*direction)) is not None]
-        scores[overlap] = sum(values) / len(values) if values else None
-    return scores
+    scores = f1(counts).mean(axis=1).tolist()
+    return {k: None if np.isnan(f) else f for k, f in zip(OVERLAPS, scores, strict=True)}
 
 
 class _LabelledByBoth(NamedTuple):
     """Pieces that both labelled, on a clock that runs only there."""
 
-    numbers: NDArray[np.int64]  # of each track's segments, shape (2, p)
-    codes: NDArray[np.int64]  # of their actions, shape (2, p)
-    ticks: NDArray[np.int64]  # where each piece starts, and the end of the last, shape (p + 1,)
+    numbers: Whole  # of each track's segments, shape (2, p)
+    codes: Codes  # of their actions, shape (2, p)
+    ticks: Whole  # where each piece starts, and the end of the last, shape (p + 1,)
 
 
 def _cut_to_both(pieces: TrackPieces, a: Segments, b: Segments) -> _LabelledByBoth:
@@ -206,20 +212,13 @@ def _cut_to_both(pieces: TrackPieces, a: Segments, b: Segments) -> _LabelledByBo
     ticks = np.rint(pieces.seconds * TICKS).astype(np.int64)
     overlapping = pieces.labelled_by_all & (ticks > 0)
     middles = (pieces.starts + pieces.seconds / 2)[overlapping]
-    numbers = [
-        np.searchsorted(_segment_starts(track), middles, side="right") - 1 for track in (a, b)
-    ]
+    starts = (
+        [s.start for before, s in zip((None, *track), track, strict=False) if _begins(before, s)]
+        for track in (a, b)
+    )
+    numbers = [np.searchsorted(own, middles, side="right") - 1 for own in starts]
     clock = np.concatenate([[0], np.cumsum(ticks[overlapping])])
     return _LabelledByBoth(np.stack(numbers), pieces.codes[:, overlapping], clock)
-
-
-def _segment_starts(track: Segments) -> list[float]:
-    """Where segments start; touching ones of one action are one."""
-    return [
-        segment.start
-        for before, segment in zip((None, *track), track, strict=False)
-        if before is None or before.action != segment.action or segment.start - before.end > SLIVER
-    ]
 
 
 def _pair_overlay(common: _LabelledByBoth, human: int, predicted: int) -> Overlay:
@@ -231,7 +230,7 @@ def _pair_overlay(common: _LabelledByBoth, human: int, predicted: int) -> Overla
         for row in (both, numbers[human], numbers[predicted])
     )
 
-    def code(track: int, runs: Runs) -> NDArray[np.int64]:
+    def code(track: int, runs: Runs) -> Codes:
         return codes[track][np.searchsorted(common.ticks, runs.firsts)]
 
     return Overlay(
@@ -261,9 +260,9 @@ class PairAgreement:
     demonstrations: tuple[str, ...]  # ids; D of them
     #: (D, K + 1, K + 1); how long `a` said the row's action and `b` the column's; the last is
     #: unlabelled
-    seconds: NDArray[np.float64]
+    seconds: Real
     #: (m,); milliseconds by which `b` puts a boundary later than `a` does
-    offsets: NDArray[np.float64]
+    offsets: Real
     boundaries: tuple[int, int]  # how many boundaries `a` and `b` have, matched or not
     #: F1 of segments by their least overlap in percent; see :func:`segment_counts`
     f1: Mapping[int, float | None]
@@ -272,7 +271,7 @@ class PairAgreement:
     shifted: tuple[Interval, ...]  # between the two times of a matched boundary, the farthest first
 
     @property
-    def both(self) -> NDArray[np.float64]:
+    def both(self) -> Real:
         """Seconds by action of `a` and of `b` that both labelled, shape (K, K)."""
         return np.asarray(self.seconds.sum(axis=0)[:-1, :-1])
 
@@ -398,7 +397,7 @@ def compare_pair(
     )
 
 
-def _time_matrix(pieces: TrackPieces, k: int) -> NDArray[np.float64]:
+def _time_matrix(pieces: TrackPieces, k: int) -> Real:
     """Seconds of each pair of codes of two tracks, shape (k + 1, k + 1); the last is unlabelled."""
     # Code -1 is the last row and the last column as it is.
     total = np.zeros((k + 1, k + 1))
@@ -450,8 +449,7 @@ class Agreement:
         totals: dict[str, dict[str, int]] = {}
         for item in self.coded:
             for author in item.tracks:
-                of_tasks = totals.setdefault(author, {})
-                of_tasks[item.task] = of_tasks.get(item.task, 0) + 1
+                totals.setdefault(author, Counter())[item.task] += 1
         return totals
 
     def to_json(self) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.arrays import Codes, Real, Whole
 from forcelab.jobs import Progress
 from forcelab.labels import Interval
 from forcelab.recognition.metrics import TICKS, overlay_segments
@@ -54,12 +55,12 @@ class ConfusionCounts:
     _pieces: NDArray[np.void]
     _segments: NDArray[np.void]
 
-    def matrix(self, unit: Unit = "time") -> NDArray[np.float64]:
+    def matrix(self, unit: Unit = "time") -> Real:
         """Seconds or numbers of human segments, shape (k, k + 1)."""
         parts = self._parts(unit)
         return self._summed(parts, parts["ticks"] / TICKS if unit == "time" else None)
 
-    def numbers(self, unit: Unit = "time") -> NDArray[np.int64]:
+    def numbers(self, unit: Unit = "time") -> Whole:
         """Number of stretches in each cell, shape (k, k + 1)."""
         return self._summed(self._parts(unit)).astype(np.int64)
 
@@ -88,9 +89,7 @@ class ConfusionCounts:
         """The stretches that a unit counts."""
         return self._pieces if unit == "time" else self._segments
 
-    def _summed(
-        self, parts: NDArray[np.void], amounts: NDArray[np.float64] | None = None
-    ) -> NDArray[np.float64]:
+    def _summed(self, parts: NDArray[np.void], amounts: Real | None = None) -> Real:
         """The sum of amounts in each cell, or the number of stretches."""
         k = len(self.actions)
         cells = parts["human"] * (k + 1) + parts["predicted"]
@@ -115,7 +114,7 @@ def count_confusion(
     )
 
 
-def normalise(matrix: NDArray[np.float64], share: Share) -> NDArray[np.float64]:
+def normalise(matrix: Real, share: Share) -> Real:
     """A matrix over the sums of its rows or columns; of ``"counts"`` over its largest cell.
 
     Zero where there is nothing to have a share of.
@@ -139,17 +138,10 @@ def _count_demonstration(
     covered = np.zeros((len(human), k + 1), dtype=np.int64)
     np.add.at(covered, (human.holding(pieces.firsts), predicted), pieces.samples)
     majority = covered.argmax(axis=1)  # of two that cover as much the first, unlabelled last
-    return (
-        _stretches(number, pieces, over.human_codes, predicted),
-        _stretches(number, human, human.codes, majority),
-    )
 
+    def stretches(runs: Runs, coded: Codes, model: Codes) -> NDArray[np.void]:
+        owner = np.full(len(runs), number)
+        values = [owner, runs.starts, runs.ends, runs.samples, coded, model]
+        return np.rec.fromarrays(values, dtype=_STRETCH)
 
-def _stretches(
-    owner: int, runs: Runs, human: NDArray[np.int64], predicted: NDArray[np.int64]
-) -> NDArray[np.void]:
-    out = np.empty(len(runs), dtype=_STRETCH)
-    values = (owner, runs.starts, runs.ends, runs.samples, human, predicted)
-    for name, value in zip(_STRETCH.names or (), values, strict=True):
-        out[name] = value
-    return out
+    return stretches(pieces, over.human_codes, predicted), stretches(human, human.codes, majority)

@@ -13,15 +13,15 @@ up, and bands that carry the same information hide each other.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Generator, Mapping
+from collections.abc import Callable, Collection, Generator, Mapping
 from dataclasses import asdict, dataclass, replace
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcelab.arrays import Real, Whole
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, job
 from forcelab.labels import Interval
@@ -32,8 +32,6 @@ from forcelab.review.differences import action_over, interval_at
 from forcelab.review.held_out import HeldOutModel, train_held_out
 from forcelab.review.run_result import RunResult
 from forcelab.review.similar_segments import Neighbour, nearest_segments, summarise
-
-Real = NDArray[np.float64]
 
 #: Of a permutation: time steps of the place that are looked at, at most, and repetitions.
 STEPS, REPEATS = 64, 8
@@ -71,7 +69,7 @@ def attribute_bands(
     favoured: str,
     against: str,
     shape: tuple[int, int],
-    bands: NDArray[np.int64],
+    bands: Whole,
     *,
     mean: Real,
     sample: Real,
@@ -82,74 +80,60 @@ def attribute_bands(
     By gradient where possible, else by permutation. `shape` are channels q and scales k, and
     `bands` (f,) say which of them each feature is of, as
     :meth:`~forcelab.recognition.settings.Settings.feature_bands` does; q times k is none. The
-    gradient compares with
-    `mean` (f,), permutation replaces by rows of `sample` (m, f).
+    gradient compares with `mean` (f,), permutation replaces by rows of `sample` (m, f).
     """
-    if isinstance(scorer, MlpScorer):
-        return (yield from _by_gradient(scorer, rows, favoured, against, shape, bands, mean))
-    return (yield from _by_permutation(scorer, rows, favoured, against, shape, bands, sample, seed))
 
+    def odds(features: Real) -> Real:
+        return log_odds(scorer, features, favoured, against)
 
-def _by_gradient(
-    network: MlpScorer,
-    rows: Real,
-    favoured: str,
-    against: str,
-    shape: tuple[int, int],
-    bands_of: NDArray[np.int64],
-    mean: Real,
-) -> Generator[Progress, None, Attribution]:
-    """The integrated gradients of all features, summed by band."""
+    if not isinstance(scorer, MlpScorer):
+        return (yield from _permute_bands(odds, rows, shape, bands, sample, seed))
     total = np.zeros(rows.shape[1])
     for first in range(0, len(rows), BLOCK):
         block = rows[first : first + BLOCK]
-        total += network.integrated_gradients(block, mean, favoured, against).sum(axis=0)
+        total += scorer.integrated_gradients(block, mean, favoured, against).sum(axis=0)
         yield Progress(min(first + BLOCK, len(rows)), len(rows), "explaining")
     shares = total / len(rows)
-    sums = np.bincount(bands_of, shares, shape[0] * shape[1] + 1)[:-1]
-    bands = np.asarray(sums, dtype=np.float64).reshape(shape)
-    log_odds_here = float(log_odds(network, rows, favoured, against).mean())
-    log_odds_reference = float(log_odds(network, mean[np.newaxis], favoured, against)[0])
+    sums = np.bincount(bands, shares, shape[0] * shape[1] + 1)[:-1]
+    weights = np.asarray(sums, dtype=np.float64).reshape(shape)
+    here, reference = float(odds(rows).mean()), float(odds(mean[np.newaxis])[0])
     return Attribution(
         method="gradient",
-        bands=bands,
+        bands=weights,
         bands_error=np.zeros(shape),
-        channels=bands.sum(axis=1),
+        channels=weights.sum(axis=1),
         channels_error=np.zeros(shape[0]),
-        log_odds=log_odds_here,
-        reference=log_odds_reference,
-        gap=abs(float(shares.sum()) - (log_odds_here - log_odds_reference)),
+        log_odds=here,
+        reference=reference,
+        gap=abs(float(shares.sum()) - (here - reference)),
         steps=len(rows),
         repeats=0,
     )
 
 
-def _by_permutation(
-    scorer: Scorer,
+def _permute_bands(
+    odds: Callable[[Real], Real],
     rows: Real,
-    favoured: str,
-    against: str,
     shape: tuple[int, int],
-    bands: NDArray[np.int64],
+    bands: Whole,
     sample: Real,
     seed: int,
 ) -> Generator[Progress, None, Attribution]:
     """The loss of log-odds when a band, or a whole channel, is replaced."""
     random = np.random.default_rng(seed)
-    chosen = np.unique(np.linspace(0, len(rows) - 1, STEPS).round().astype(np.int64))
-    chosen_rows = rows[chosen]
-    log_odds_here = float(log_odds(scorer, chosen_rows, favoured, against).mean())
+    chosen = rows[np.unique(np.linspace(0, len(rows) - 1, STEPS).round().astype(np.int64))]
+    here = float(odds(chosen).mean())
     q, k = shape
     groups = [np.flatnonzero(bands == band) for band in range(q * k)]
     groups += [np.flatnonzero(bands // k == channel) for channel in range(q)]
     groups.append(np.arange(rows.shape[1]))
     losses, errors = np.zeros(len(groups)), np.zeros(len(groups))
     for number, columns in enumerate(groups):
-        drawn = random.integers(len(sample), size=REPEATS * len(chosen_rows))
-        changed = np.tile(chosen_rows, (REPEATS, 1))
+        drawn = random.integers(len(sample), size=REPEATS * len(chosen))
+        changed = np.tile(chosen, (REPEATS, 1))
         changed[:, columns] = sample[np.ix_(drawn, columns)]
-        left = log_odds(scorer, changed, favoured, against).reshape(REPEATS, -1).mean(axis=1)
-        losses[number] = log_odds_here - left.mean()
+        left = odds(changed).reshape(REPEATS, -1).mean(axis=1)
+        losses[number] = here - left.mean()
         errors[number] = left.std(ddof=1) / np.sqrt(REPEATS)
         yield Progress(number + 1, len(groups), "explaining")
     return Attribution(
@@ -158,10 +142,10 @@ def _by_permutation(
         bands_error=errors[: q * k].reshape(shape),
         channels=losses[q * k : -1],
         channels_error=errors[q * k : -1],
-        log_odds=log_odds_here,
-        reference=log_odds_here - float(losses[-1]),
+        log_odds=here,
+        reference=here - float(losses[-1]),
         gap=0.0,
-        steps=len(chosen_rows),
+        steps=len(chosen),
         repeats=REPEATS,
     )
 
@@ -268,8 +252,7 @@ def explain(
     shape = len(examples.channels), len(held_out.hertz)
     bands = run.settings.feature_bands(len(examples.channels), examples.rate)
     # One's own features, which come last, are of no channel and band.
-    own = rows.shape[1] - len(bands)
-    bands = np.append(bands, np.full(own, shape[0] * shape[1]))
+    bands = np.pad(bands, (0, rows.shape[1] - len(bands)), constant_values=shape[0] * shape[1])
     attribution = yield from attribute_bands(
         scorer, rows, favoured, against, shape, bands, mean=held_out.mean, sample=held_out.sample
     )
@@ -277,12 +260,14 @@ def explain(
         examples, held_out.demonstration, len(held_out.hertz), place.start, place.end
     )
     assert target is not None  # there are samples
-    neighbours = {}
-    for action in (favoured, against):
-        near = nearest_segments(
-            target, held_out.training, action, without={place.demonstration, *hidden}
+    without = {place.demonstration, *hidden}
+    neighbours = {
+        action: tuple(
+            _neighbour_with_prediction(run, neighbour)
+            for neighbour in nearest_segments(target, held_out.training, action, without=without)
         )
-        neighbours[action] = tuple(_neighbour_with_prediction(run, neighbour) for neighbour in near)
+        for action in (favoured, against)
+    }
     return Explanation(
         place=place,
         favoured=favoured,
@@ -296,7 +281,7 @@ def explain(
         same_share=held_out.same_share,
         neighbours=neighbours,
         seconds=held_out.seconds,
-        remarks=_remarks(held_out, place) + _own_remarks(run.settings),
+        remarks=_remarks(held_out, place, run.settings),
     )
 
 
@@ -365,8 +350,8 @@ def _neighbour_with_prediction(run: RunResult, neighbour: Neighbour) -> Neighbou
     return replace(neighbour, place=replace(place, predicted=predicted))
 
 
-def _remarks(held_out: HeldOutModel, place: Interval) -> tuple[str, ...]:
-    """Remarks on an unknown action, and on a model that predicts otherwise than the run."""
+def _remarks(held_out: HeldOutModel, place: Interval, settings: Settings) -> tuple[str, ...]:
+    """Remarks on an unknown action, another prediction than the run's, and features of no band."""
     remarks = []
     if place.human is not None and place.human not in held_out.scorer.actions:
         remarks.append(
@@ -377,12 +362,9 @@ def _remarks(held_out: HeldOutModel, place: Interval) -> tuple[str, ...]:
             f"The recogniser trained anew labels {100 * held_out.same_share:.1f} % of the samples "
             f"as the run did; the rest was made by another version or other settings."
         )
+    if settings.own_features:
+        paths = ", ".join(settings.own_features)
+        remarks.append(
+            f"The features of {paths} decided as well, but are of no channel and frequency."
+        )
     return tuple(remarks)
-
-
-def _own_remarks(settings: Settings) -> tuple[str, ...]:
-    """A remark on features that no band shows."""
-    if not settings.own_features:
-        return ()
-    paths = ", ".join(settings.own_features)
-    return (f"The features of {paths} decided as well, but are of no channel and frequency.",)

@@ -14,18 +14,20 @@ from time import perf_counter
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcelab.arrays import Real
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
-from forcelab.labels import UNLABELLED, Segments, to_codes
+from forcelab.labels import Segments, to_codes
 from forcelab.project import LabelsUsed, Project
 from forcelab.recognition.attribution import BlackBoxScorer, MlpScorer, make_scorer
+from forcelab.recognition.ensemble import training_steps
 from forcelab.recognition.examples import (
     Examples,
     LabelledDemonstration,
     common_rate,
+    gather_features,
     suffix_actions,
 )
 from forcelab.recognition.groups import fold_groups
@@ -36,8 +38,6 @@ from forcelab.recognition.training import clean_examples, fit_cleaned, prepare_a
 from forcelab.review.run_result import RunResult
 from forcelab.review.similar_segments import SegmentFeatures, summarise_segments
 from forcelab.segment_edits import spliced
-
-Real = NDArray[np.float64]
 
 #: How many time steps that were trained on are kept, to replace features by.
 SAMPLE = 2048
@@ -137,7 +137,11 @@ def train_held_out(path: Path, run: RunResult, id_: str) -> Generator[Progress, 
     trace = result.probability_trace
     if trace is None and (proba := scorer.probabilities(examples.features)) is not None:
         trace = ProbabilityTrace.from_probabilities(examples.times, proba, recogniser.actions)
-    mean, sample = _rows(training_examples, recogniser)
+    codes = [example.codes(recogniser.actions) for example in training_examples]
+    stride = run.settings.training_stride(recogniser.rate)
+    _, _, steps = training_steps(codes, stride, complete=True)
+    (X,) = yield from gather_features(training_examples, steps)
+    drawn = np.random.default_rng(run.settings.seed).integers(len(X), size=SAMPLE)
     # What was tested is scored on its own stamps; a proposal is as the recogniser made it.
     stamps = examples.times if labelled_item is None else held_out.demonstration.times
     return HeldOutModel(
@@ -150,8 +154,8 @@ def train_held_out(path: Path, run: RunResult, id_: str) -> Generator[Progress, 
         probability_trace=trace,
         trace_from_run=result.probability_trace is not None,
         same_share=_same_share(recogniser, examples, stamps, result.predicted),
-        mean=mean,
-        sample=sample,
+        mean=X.mean(axis=0),
+        sample=X[np.sort(drawn)],
         training=training,
         seconds={"features": prepared - started, "fit": fitted - prepared},
     )
@@ -180,23 +184,6 @@ def _labelled(project: Project, run: RunResult) -> list[LabelledDemonstration]:
     if not run.apart:
         return items
     return suffix_actions([item.merged(run.settings.merge) for item in items], tasks)
-
-
-def _rows(training_examples: Sequence[Examples], recogniser: Recogniser) -> tuple[Real, Real]:
-    """The mean over all time steps that were trained on, and some of them drawn at random."""
-    stride, actions = recogniser.settings.training_stride(recogniser.rate), recogniser.actions
-    random = np.random.default_rng(recogniser.settings.seed)
-    parts = []
-    for example in training_examples:
-        trained = example.codes(actions)[::stride] != UNLABELLED
-        parts.append(example.features[::stride][trained])
-    counts = np.array([len(part) for part in parts])
-    mean = np.sum([part.sum(axis=0) for part in parts], axis=0) / counts.sum()
-    picked = np.sort(random.integers(counts.sum(), size=SAMPLE))
-    firsts = np.cumsum(counts) - counts
-    owner = np.searchsorted(firsts, picked, side="right") - 1
-    sample = [part[picked[owner == i] - firsts[i]] for i, part in enumerate(parts)]
-    return mean, np.concatenate(sample)
 
 
 def _same_share(

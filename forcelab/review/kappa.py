@@ -12,8 +12,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcelab.arrays import Real, Whole
 from forcelab.recognition.intervals import FEWEST, draw_resamples, percentile_interval
 
 #: Each word with the kappa up to which it holds.
@@ -29,7 +29,7 @@ WORDS = (
 RESAMPLES = 1000
 
 
-def cohen_kappa(seconds: NDArray[np.float64]) -> float | None:
+def cohen_kappa(seconds: Real) -> float | None:
     """Cohen's kappa of the seconds (K, K) of each pair of actions by two coders.
 
     1 for full agreement, 0 for what chance brings; None where there is no common time, or both know
@@ -39,7 +39,7 @@ def cohen_kappa(seconds: NDArray[np.float64]) -> float | None:
     return None if math.isnan(kappa) else kappa
 
 
-def _kappas(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
+def _kappas(seconds: Real) -> Real:
     """Cohen's kappa of each of some tables (m, K, K), nan where there is none."""
     total = seconds.sum(axis=(1, 2))
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -49,7 +49,7 @@ def _kappas(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.where((total > 0) & (1 - expected >= 1e-12), kappas, np.nan)
 
 
-def fleiss_kappa(ratings: NDArray[np.int64], weights: NDArray[np.float64]) -> float | None:
+def fleiss_kappa(ratings: Whole, weights: Real) -> float | None:
     """Fleiss' kappa of how many coders gave each action (p, K), weighted by seconds (p,).
 
     Pieces with fewer than two are left out. None as of :func:`cohen_kappa`; with equally many
@@ -66,7 +66,7 @@ def fleiss_kappa(ratings: NDArray[np.int64], weights: NDArray[np.float64]) -> fl
     return None if 1 - expected < 1e-12 else (agreed - expected) / (1 - expected)
 
 
-def specific_agreement(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
+def specific_agreement(seconds: Real) -> Real:
     """Positive specific agreement of each action, shape (K,); nan where neither labelled it.
 
     ``2 n_kk / (n_k. + n_.k)``: if one of the two, drawn by lot, says the action, how probably the
@@ -78,7 +78,7 @@ def specific_agreement(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
     return shares
 
 
-def kappa_interval(matrices: NDArray[np.float64]) -> tuple[float, float] | None:
+def kappa_interval(matrices: Real) -> tuple[float, float] | None:
     """95 % interval of Cohen's kappa by the percentile bootstrap over demonstrations (D, K, K).
 
     None with fewer than three: they cannot tell how much demonstrations vary.

@@ -27,15 +27,16 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import groupby, pairwise
 from statistics import median
 
 import numpy as np
-from numpy.typing import NDArray
 
-from forcelab.labels import Segments
+from forcelab.arrays import Real
+from forcelab.labels import Segment, Segments
 from forcelab.recognition.label_noise import (
     MARGIN,
     PSEUDO,
@@ -47,8 +48,6 @@ from forcelab.recognition.label_noise import (
 from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.results import DemonstrationResult
 from forcelab.review.differences import Difference, seconds_covered
-
-Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -75,45 +74,39 @@ def gather_evidence(
     `differences` only whole segments are judged.
     """
     parts = tuple(d for d in differences if d.kind == "action")
-    probabilities = _span_probabilities(result, [(s.start, s.end) for s in segments], actions)
-    of_parts = _span_probabilities(result, [(d.start, d.end) for d in parts], actions)
-    predicted = np.zeros_like(probabilities)
-    for row, s in enumerate(segments):
-        predicted[row] = _shares(result.predicted, *_middle(s.start, s.end), actions)
-    return ModelEvidence(result.id, segments, probabilities, predicted, parts, of_parts)
+    trace, raw = result.probability_trace, result.stages.get("raw", result.predicted)
+
+    def over_middles(
+        spans: Sequence[Segment | Difference], share: Callable[[float, float], Mapping[str, float]]
+    ) -> Real:
+        """A share of each action over each span without its edges, shape (spans, K)."""
+        out = np.zeros((len(spans), len(actions)))
+        for row, span in zip(out, spans, strict=True):
+            margin = MARGIN * (span.end - span.start)
+            found = share(span.start + margin, span.end - margin)
+            row[:] = [found.get(action, 0.0) for action in actions]
+        return out
+
+    probability = partial(_shares, raw) if trace is None else partial(_means, trace)
+    return ModelEvidence(
+        result.id,
+        segments,
+        over_middles(segments, probability),
+        over_middles(segments, partial(_shares, result.predicted)),
+        parts,
+        over_middles(parts, probability),
+    )
 
 
-def _span_probabilities(
-    result: DemonstrationResult, spans: Sequence[tuple[float, float]], actions: Sequence[str]
-) -> Real:
-    """Mean probability of each action over the middle of each span, shape (spans, K)."""
-    means = np.zeros((len(spans), len(actions)))
-    raw = result.stages.get("raw", result.predicted)
-    for row, (start, end) in enumerate(spans):
-        inside = _middle(start, end)
-        if result.probability_trace is None:
-            means[row] = _shares(raw, *inside, actions)
-        else:
-            means[row] = _means(result.probability_trace, *inside, actions)
-    return means
+def _means(trace: ProbabilityTrace, start: float, end: float) -> dict[str, float]:
+    """Mean probability of each action over ``[start, end)``."""
+    return dict(zip(trace.actions, trace.mean(start, end).tolist(), strict=True))
 
 
-def _middle(start: float, end: float) -> tuple[float, float]:
-    """A span without its edges."""
-    margin = MARGIN * (end - start)
-    return start + margin, end - margin
-
-
-def _means(trace: ProbabilityTrace, start: float, end: float, actions: Sequence[str]) -> Real:
-    """Mean probability of each action, in the order of `actions`."""
-    means = dict(zip(trace.actions, trace.mean(start, end).tolist(), strict=True))
-    return np.array([means.get(action, 0.0) for action in actions])
-
-
-def _shares(segments: Segments, start: float, end: float, actions: Sequence[str]) -> Real:
+def _shares(segments: Segments, start: float, end: float) -> dict[str, float]:
     """Share of ``[start, end)`` that segments give to each action."""
-    seconds = seconds_covered(segments, start, end)
-    return np.array([seconds.get(action, 0.0) for action in actions]) / (end - start)
+    covered = seconds_covered(segments, start, end)
+    return {action: seconds / (end - start) for action, seconds in covered.items()}
 
 
 #: A part is like another one if it lasts at least this share of it.
@@ -176,14 +169,13 @@ def _numbered_parts(
         ):
             x, y = codes.get(difference.human or ""), codes.get(difference.predicted or "")
             k = bisect_right(starts, difference.start) - 1
-            most = (1.0 - 2.0 * MARGIN) * evidence.segments[
-                k
-            ].duration  # which is the whole segment
-            if x is None or y is None or difference.duration >= most:
+            segment = evidence.segments[k]
+            whole = difference.duration >= (1.0 - 2.0 * MARGIN) * segment.duration
+            if x is None or y is None or whole:
                 continue
             left, _, right = sequence[k : k + 3]
             ahead = [x] if difference.start > starts[k] else []
-            rest = [x] if difference.end < evidence.segments[k].end else []
+            rest = [x] if difference.end < segment.end else []
             # An action that goes on is one.
             instead = tuple(code for code, _ in groupby([left, *ahead, y, *rest, right]))
             coded = (left, x, right)
@@ -250,9 +242,8 @@ class _OrderEvidence:
         transitions = self._transitions.copy()
         for pair in pairwise(part.coded):
             transitions[pair] -= 1.0
-        chances = (transitions + PSEUDO) / (transitions.sum(axis=1) + PSEUDO * len(transitions))[
-            :, None
-        ]
+        transitions += PSEUDO
+        chances = transitions / transitions.sum(axis=1, keepdims=True)
         instead, coded = (
             sum(math.log(chances[pair]) for pair in pairwise(path))
             for path in (part.instead, part.coded)
@@ -313,14 +304,9 @@ def _segments(evidences: Sequence[ModelEvidence], actions: Sequence[str]) -> lis
     sequence = SegmentSequence([[number.get(s.action, -1) for s in h.segments] for h in evidences])
     segments = [(h.demonstration, segment) for h in evidences for segment in h.segments]
     predicted = np.concatenate([h.predicted for h in evidences])[sequence.known]
-    coded_probabilities, own_cells = (
-        probabilities[sequence.known],
-        (np.arange(len(sequence.known)), sequence.codes),
-    )
+    known, own = probabilities[sequence.known], (np.arange(len(predicted)), sequence.codes)
     # A label may be unusual: the model contradicts it only by seeing more of something else.
-    contradicts = (coded_probabilities > coded_probabilities[own_cells][:, None]) & (
-        predicted > predicted[own_cells][:, None]
-    )
+    contradicts = (known > known[own][:, None]) & (predicted > predicted[own][:, None])
     return [
         Difference(
             segments[i][0],
@@ -331,7 +317,7 @@ def _segments(evidences: Sequence[ModelEvidence], actions: Sequence[str]) -> lis
             float(probabilities[i, other]),
             suspicion=suspicion,
         )
-        for i, other, suspicion in score_suspicions(coded_probabilities, sequence, contradicts)
+        for i, other, suspicion in score_suspicions(known, sequence, contradicts)
         if suspicion > 0
     ]
 

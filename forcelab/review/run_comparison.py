@@ -81,11 +81,10 @@ def comparison_job(first: RunResult, second: RunResult) -> Generator[Progress, N
                         count_segments(side.human, side.stages[stage], run.actions)
                     )
             yield Progress(step * len(pairs) + number + 1, 2 * len(pairs), pair[0].name)
-        sides = list(zip((first, second), counts, strict=True))
-        first_scores, second_scores = (
-            _pooled(run, stage, len(pairs), parts) for run, parts in sides
+        pooled[stage] = (
+            _pooled(first, stage, len(pairs), counts[0]),
+            _pooled(second, stage, len(pairs), counts[1]),
         )
-        pooled[stage] = (first_scores, second_scores)
         intervals[stage] = difference_intervals(*counts, seed=first.settings.seed)
     return Comparison(first, second, pairs, pooled, intervals, settings_that_differ(first, second))
 

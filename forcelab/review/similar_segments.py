@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.arrays import Real
 from forcelab.demonstration import Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
@@ -24,8 +25,6 @@ from forcelab.recognition.examples import Examples
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import measured
 from forcelab.signals.minmax import run_extremes
-
-Real = NDArray[np.float64]
 
 #: How many neighbours of an action are looked for.
 NEIGHBOURS = 3

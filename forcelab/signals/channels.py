@@ -18,7 +18,8 @@ from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 
 _AXIS = re.compile(
-    r"(?:(?P<before>.*\w)[ _.\-])?(?:f|force)[ _.\-]?(?P<axis>[xyz])(?:[ _.\-]?(?P<behind>\w+))?",
+    r"(?:(?P<before>.*\w)[ _.\-])?(?:f|force|(?P<german>kraft))(?P<number>\d*)[ _.\-]?"
+    r"(?P<axis>[xyz])(?:[ _.\-]?(?P<behind>\w+))?",
     re.I,
 )
 
@@ -53,9 +54,12 @@ def _sensors(names: Sequence[str], requested: Collection[str]) -> dict[str, dict
     sensors: dict[str, dict[str, int]] = {}
     for column, name in enumerate(names):
         match = _AXIS.fullmatch(name.strip())
-        # Recognisers were trained on columns such as left_fx before these were known for axes.
-        if match and not (match["before"] and name in requested):
-            sensor = sensors.setdefault(" ".join(filter(None, match.group(1, 3))).lower(), {})
+        # Recognisers were trained on columns such as left_fx, F1X or Kraft X before these were
+        # known for axes.
+        known_later = match and (match["before"] or match["german"] or match["number"])
+        if match and not (known_later and name in requested):
+            words = match.group("before", "number", "behind")
+            sensor = sensors.setdefault(" ".join(filter(None, words)).lower(), {})
             sensor.setdefault(match["axis"].lower(), column)
     return {key: axes for key, axes in sensors.items() if set(axes) == {"x", "y", "z"}}
 
@@ -69,8 +73,8 @@ def find_force_axes(names: Sequence[str]) -> frozenset[str]:
 def channel_map(channels: Sequence[Channel], requested: Sequence[str] | None = None) -> ChannelMap:
     """Find the recognition channels of a recording.
 
-    A 3-axis force sensor is known by names such as ``fx1 fy1 fz1``, ``Fx_left``, ``left fx`` or
-    ``force z 2``.
+    A 3-axis force sensor is known by names such as ``fx1 fy1 fz1``, ``F1X`` (as of force plates in
+    C3D files), ``Fx_left``, ``left fx`` or ``force z 2``.
 
     `channels` length c: the recorded channels; `requested`: names of recognition channels to keep,
     in this order; all by default. What is not wanted is not computed.

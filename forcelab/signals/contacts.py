@@ -48,8 +48,6 @@ MERGED = 2.5
 #: Samples of a channel that are worked on at once, and that its levels are estimated from.
 CHUNK, SAMPLED = 2**18, 2**16
 
-_time = attrgetter("time")
-
 
 @dataclass(frozen=True, slots=True)
 class ContactEvent:
@@ -99,9 +97,8 @@ def find_contacts(
     for column in range(values.shape[1]):
         progress = Progress(column, values.shape[1], "looking for contact events")
         yield progress
-        finite = np.isfinite(
-            readings(values[:, column])
-        )  # a glitch would hide all forces beside it
+        # Without glitches, which would hide all forces beside them.
+        finite = np.isfinite(readings(values[:, column]))
         complete = bool(finite.all())
         t = stamps if complete else stamps[finite]
         x = values[:, column] if complete else values[finite, column]
@@ -249,7 +246,7 @@ def _jerks(
 def _merge(events: list[ContactEvent], apart: float) -> tuple[ContactEvent, ...]:
     """In order of time, the clearest of those that are closer than `apart`."""
     clearest: list[ContactEvent] = []
-    for event in sorted(events, key=_time):
+    for event in sorted(events, key=attrgetter("time")):
         if clearest and event.time - clearest[-1].time < apart:
             if event.clearness > clearest[-1].clearness:
                 clearest[-1] = event

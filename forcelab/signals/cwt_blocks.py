@@ -303,7 +303,6 @@ class Coefficients:
         self.result: Complex = np.empty((channels, scales, n), dtype=kind)
 
     def write(self, channels: slice, scales: slice, start: int, real: Floats, imag: Floats) -> None:
-        """Take parts, see :class:`Sink`."""
         into = self.result[channels, scales, start : start + real.shape[-1]]
         into.real = real[..., : into.shape[-1]]
         into.imag = imag[..., : into.shape[-1]]
@@ -325,7 +324,6 @@ class LogPolar:
         self._half = kind(0.5)
 
     def write(self, channels: slice, scales: slice, start: int, real: Floats, imag: Floats) -> None:
-        """Take parts, see :class:`Sink`."""
         magnitudes = self.magnitudes[channels, scales, start : start + real.shape[-1]]
         phases = self.phases[channels, scales, start : start + real.shape[-1]]
         real, imag = real[..., : phases.shape[-1]], imag[..., : phases.shape[-1]]
@@ -353,7 +351,6 @@ class LargestPower:
         self._bounds = bounds
 
     def write(self, channels: slice, scales: slice, start: int, real: Floats, imag: Floats) -> None:
-        """Take parts, see :class:`Sink`."""
         begin = max(start, int(self._bounds[0]))
         end = min(start + real.shape[-1], int(self._bounds[-1]))
         if begin >= end:
@@ -382,7 +379,6 @@ class AtSamples:
         self._samples = samples
 
     def write(self, channels: slice, scales: slice, start: int, real: Floats, imag: Floats) -> None:
-        """Take parts, see :class:`Sink`."""
         first, last = np.searchsorted(self._samples, (start, start + real.shape[-1]))
         places = self._samples[first:last] - start
         into = self.coefficients[channels, scales, first:last]

@@ -35,11 +35,14 @@ from forcelab.signals.cwt_blocks import (
     SINGLE,
     AtSamples,
     Coefficients,
+    Complex,
     Copies,
     Design,
+    Floats,
     Interpolation,
     LargestPower,
     LogPolar,
+    Real,
     Sink,
     Smoothing,
     design,
@@ -51,9 +54,8 @@ from forcelab.signals.cwt_blocks import (
     spectrum,
     without_line,
 )
-from forcelab.signals.wavelets import Morlet, Wavelet
+from forcelab.signals.wavelets import AREA, Morlet, Wavelet
 
-Real = NDArray[np.float64]
 Complex128 = NDArray[np.complex128]
 
 #: Samples over which the last value leads to the first, half-widths away from both. A jump there
@@ -108,27 +110,24 @@ def _in_ring(values: Real, length: int, places: NDArray[np.int64]) -> Real:
     return np.concatenate([values[places[:beyond]], _across(values, length, places[beyond:])])
 
 
-def ring_response(wavelet: Wavelet, scale: float, length: int) -> Complex128:
-    """By what the spectrum of a ring is multiplied at all frequencies of ``fftfreq``."""
-    return _response(wavelet, scale, length, np.arange(length))
-
-
-def _signed(numbers: NDArray[np.int64], length: int) -> NDArray[np.int64]:
-    """Bins of a spectrum, the upper half as the negative frequencies that it stands for."""
-    return np.where(2 * numbers >= length, numbers - length, numbers)
-
-
-def _response(
-    wavelet: Wavelet, scale: float, length: int, numbers: NDArray[np.int64]
+def ring_response(
+    wavelet: Wavelet, scale: float, length: int, bins: slice = slice(None)
 ) -> Complex128:
-    """The same at some bins of the spectrum, which are counted from 0."""
-    bins = _signed(numbers, length)  # whole numbers, so that the Nyquist bin is known for sure
-    omega = 2 * np.pi * (bins / length)
+    """By what the spectrum of a ring is multiplied at some frequencies of ``fftfreq``."""
+    numbers = np.arange(*bins.indices(length))
+    # Whole numbers, so that the Nyquist bin is known for sure; the upper half are negative.
+    signed = np.where(2 * numbers >= length, numbers - length, numbers)
+    omega = 2 * np.pi * (signed / length)
     response = np.sqrt(scale) * np.conj(wavelet.spectrum(scale * omega))
     # The Nyquist bin stands for both signs of its frequency.
     nyquist = wavelet.spectrum(scale * np.array([-np.pi, np.pi]))
-    response[2 * np.abs(bins) == length] = np.sqrt(scale) * np.conj(nyquist.mean())
+    response[2 * np.abs(signed) == length] = np.sqrt(scale) * np.conj(nyquist.mean())
     return np.asarray(response, dtype=np.complex128)
+
+
+def doubled(response: Real, single: bool) -> Floats:
+    """A real response, each number twice: to multiply the parts alike beats a complex product."""
+    return np.repeat(response, 2).astype(np.float32 if single else np.float64)
 
 
 class Ring:
@@ -155,8 +154,7 @@ class Ring:
         """The response at the frequencies of ``fftfreq``."""
         response: NDArray[Any] = ring_response(self._wavelet, scale, length)
         if not np.any(response.imag):
-            # Twice each: real and imaginary parts alike, faster than a complex product.
-            return np.repeat(response.real, 2).astype(np.float32 if self._single else float)
+            return doubled(response.real, self._single)
         return response.astype(np.complex64 if self._single else complex)
 
     def transform(self, copies: Copies, sink: Sink) -> None:
@@ -180,16 +178,10 @@ class Ring:
                     self._transform(spectra, weights, sink, channels, j)
 
     def _transform(
-        self,
-        spectra: Complex,
-        weights: NDArray[Any],
-        sink: Sink,
-        channels: slice,
-        j: int,
+        self, spectra: Complex, weights: NDArray[Any], sink: Sink, channels: slice, j: int
     ) -> None:
         """One scale of some channels."""
-        product = np.empty_like(spectra)
-        np.multiply(spectra.view(weights.dtype), weights, out=product.view(weights.dtype))
+        product = (spectra.view(weights.dtype) * weights).view(spectra.dtype)
         rows = fft.ifft(product, axis=-1, overwrite_x=True)[:, : self._n]
         if self._wavelet.real:
             # What rounding leaves there would flip the phase of negatives between pi and -pi.
@@ -208,10 +200,7 @@ class Ring:
         """
         kind = np.complex64 if self._single else np.complex128
         table = spectrum(partial(_in_ring, values, length), length, kind)
-
-        def response(bins: slice) -> Complex128:
-            return _response(self._wavelet, scale, length, np.arange(bins.start, bins.stop))
-
+        response = partial(ring_response, self._wavelet, scale, length)
         for start, piece in from_spectrum(table, length, response):
             rows = piece[: max(0, self._n - start)]
             if rows.size:
@@ -220,9 +209,7 @@ class Ring:
                 sink.write(slice(c, c + 1), slice(j, j + 1), start, real, imag)
 
 
-def whole_spectra(
-    half: Complex128, length: int, single: bool
-) -> NDArray[np.complexfloating[Any, Any]]:
+def whole_spectra(half: Complex128, length: int, single: bool) -> Complex:
     """Spectra of real rows at positive and negative frequencies, shape (..., length).
 
     `half` (..., length // 2 + 1): from ``rfft``; `single`: whether to give single precision.
@@ -233,9 +220,6 @@ def whole_spectra(
     np.conj(whole[..., length - bins : 0 : -1], out=whole[..., bins:])
     return whole
 
-
-Floats = NDArray[np.floating[Any]]
-Complex = NDArray[np.complexfloating[Any, Any]]
 
 #: Samples of the frames that are worked on at once: with their spectra they fill half of L2.
 CACHED = 1 << 15
@@ -248,8 +232,7 @@ def slope_at_zero(wavelet: Morlet, scale: float) -> float:
 
     Of the spectrum exp(-(u - p)^2 / 2) - exp(-p^2 / 2) exp(-u^2 / 2): p exp(-p^2 / 2).
     """
-    slope = math.sqrt(2 * math.pi) * math.pi**-0.25 * wavelet.p * math.exp(-(wavelet.p**2) / 2)
-    return slope * scale**1.5
+    return AREA * wavelet.p * math.exp(-(wavelet.p**2) / 2) * scale**1.5
 
 
 def _frame_length(n: int, margin: int) -> int:
@@ -299,16 +282,9 @@ class Narrow:
         self._hop = self._length - 2 * self._margin
         omega = 2 * np.pi * fft.fftfreq(self._length)
         self._ways = [
-            (j, self._weights(response(wavelet, a, omega)), slope_at_zero(wavelet, a))
+            (j, doubled(response(wavelet, a, omega), single), slope_at_zero(wavelet, a))
             for j, a in zip(members, scales.tolist(), strict=True)
         ]
-
-    def _weights(self, response: Real) -> Floats:
-        """A real response at the frequencies of ``fftfreq``.
-
-        Twice each: multiplying real and imaginary parts alike is faster than a complex product.
-        """
-        return np.repeat(response, 2).astype(np.float32 if self._single else np.float64)
 
     def transform(self, copies: Copies, sink: Sink) -> None:
         """Transform channels, as many frames at a time as fill the cache."""
@@ -326,8 +302,7 @@ class Narrow:
         part = held(values[channels], first * hop - margin, last * hop + margin)
         spectra, slopes = self._spectra(part)
         for j, weights, slope in self._ways:
-            product = np.empty_like(spectra)
-            np.multiply(spectra.view(weights.dtype), weights, out=product.view(weights.dtype))
+            product = (spectra.view(weights.dtype) * weights).view(spectra.dtype)
             # The inverse transform divides by the length.
             product[:, :, 0] = slopes * (-1j * slope * self._length)
             rows = fft.ifft(product, axis=-1, overwrite_x=True)[:, :, margin : margin + hop]
@@ -617,16 +592,14 @@ class Plan:
     def _morlet(self, scales: Real, wavelet: Morlet, design: Design, block: int) -> list[_Path]:
         """Ways for cut, narrow, wide and the widest wavelets."""
         n, single = self.n, self.single
-        cut = [j for j, a in enumerate(scales.tolist()) if design.is_cut(a)]
-        narrow = [
-            j for j, a in enumerate(scales.tolist()) if j not in cut and design.step(a) < COARSE
-        ]
+        cut = sum(map(design.is_cut, scales.tolist()))
+        first = max(cut, sum(design.step(a) < COARSE for a in scales.tolist()))
         paths: list[_Path] = []
         if cut:
-            paths.append(Ring(n, scales[cut], cut, wavelet, single))
-        if narrow:
-            paths.append(Narrow(n, scales[narrow], narrow, wavelet, design, single))
-        first = len(cut) + len(narrow)
+            paths.append(Ring(n, scales[:cut], range(cut), wavelet, single))
+        if cut < first:
+            narrow = range(cut, first)
+            paths.append(Narrow(n, scales[cut:first], narrow, wavelet, design, single))
         half = math.ceil(design.reach * design.gaussian)
         self._smoothing = Smoothing((1,), design.gaussian, half)
         while first < len(scales):

@@ -51,10 +51,10 @@ def measured(values: NDArray[np.float64]) -> NDArray[np.bool_]:
     return np.asarray((values >= -LARGEST) & (values <= LARGEST))
 
 
-def _bridged(channel: NDArray[np.float64]) -> NDArray[np.float64]:
+def _measured_or_nan(channel: NDArray[np.float64]) -> NDArray[np.float64]:
     """A channel, NaN where a value cannot have been read."""
-    recorded = measured(channel)
-    return channel if recorded.all() else np.where(recorded, channel, np.nan)
+    valid = measured(channel)
+    return channel if valid.all() else np.where(valid, channel, np.nan)
 
 
 def readings(channel: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -62,9 +62,9 @@ def readings(channel: NDArray[np.float64]) -> NDArray[np.float64]:
 
     Glitches are found here, as recorded: on another grid each would be spread over more samples.
     """
-    bridged = _bridged(channel)
-    glitching = glitches(bridged)
-    return np.where(glitching, np.nan, bridged) if glitching.any() else bridged
+    values = _measured_or_nan(channel)
+    glitching = glitches(values)
+    return np.where(glitching, np.nan, values) if glitching.any() else values
 
 
 def _missing_runs(demonstration: Demonstration, columns: Columns) -> list[tuple[float, float]]:
@@ -179,7 +179,7 @@ def glitch_remarks(demonstration: Demonstration) -> list[str]:
     """A remark on samples that :func:`~forcelab.signals.conditioning.glitches` finds, if any."""
     counts = {}
     for channel, values in zip(demonstration.channels, demonstration.signals.T, strict=True):
-        if number := int(glitches(_bridged(values)).sum()):
+        if number := int(glitches(_measured_or_nan(values)).sum()):
             counts[channel.name] = number
     if not counts:
         return []

@@ -80,16 +80,20 @@ class Columns:
     not including, ``lasts[i]``.
     """
 
-    def __init__(self, times: Real, edges: ArrayLike, longest: float = np.inf) -> None:
+    def __init__(
+        self,
+        times: Real,
+        edges: ArrayLike,
+        longest: float = np.inf,
+        *,
+        count: int | None = None,
+    ) -> None:
         self._times: Real = np.asarray(times)
         self._edges: Real = np.asarray(edges, dtype=np.float64)
         self._longest = longest
-        self._adopt(np.searchsorted(self._times, self._edges).astype(np.int64))
-
-    def _adopt(self, bounds: Whole) -> None:
-        """Take the first sample of each column, and the one after the last column."""
-        self._bounds = bounds
-        self.firsts, self.lasts = bounds[:-1], bounds[1:]
+        #: The first sample of each column, and the one after the last column.
+        self._bounds = np.searchsorted(self._times[:count], self._edges).astype(np.int64)
+        self.firsts, self.lasts = self._bounds[:-1], self._bounds[1:]
         self._restricted: dict[int, Columns] = {}
 
     def __len__(self) -> int:
@@ -123,9 +127,7 @@ class Columns:
         if count >= self._bounds[-1]:
             return self
         if count not in self._restricted:
-            part = Columns.__new__(Columns)
-            part._times, part._edges, part._longest = self._times, self._edges, self._longest
-            part._adopt(np.minimum(self._bounds, count))
+            part = Columns(self._times, self._edges, self._longest, count=count)
             self._restricted[count] = part
         return self._restricted[count]
 

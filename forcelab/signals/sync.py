@@ -9,9 +9,9 @@ shift exact, and how far the result may be believed is decided last.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from operator import attrgetter
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -244,7 +244,7 @@ def _vertex(x: Array, y: Array, top: int) -> float:
     return float(x[top])
 
 
-def _correlation(pairs: Iterable[tuple[Array, Array]]) -> tuple[Array, NDArray[np.intp]]:
+def _correlation(pairs: Sequence[tuple[Array, Array]]) -> tuple[Array, NDArray[np.intp]]:
     """The mean correlation coefficient of pairs over what they have in common, for every shift.
 
     Gives the values and the shifts in samples for which the first of each pair is to be delayed,
@@ -253,24 +253,23 @@ def _correlation(pairs: Iterable[tuple[Array, Array]]) -> tuple[Array, NDArray[n
     """
     from scipy.fft import irfft, next_fast_len, rfft
 
-    total: Array | None = None
+    n, m = pairs[0][0].size, pairs[0][1].size
+    size = next_fast_len(n + m, real=True)
+
+    def sums(first: NDArray[np.complex128], second: NDArray[np.complex128]) -> Array:
+        return np.asarray(irfft(np.conj(first) * second, size))
+
+    total = np.zeros(size)
     for first, second in pairs:
-        n, m = first.size, second.size
-        size = next_fast_len(n + m, real=True)
         a, b = (first - first.mean()) / _spread(first), (second - second.mean()) / _spread(second)
-        fa, fb = rfft([np.ones(n), a, a * a], size), rfft([np.ones(m), b, b * b], size)
-
-        def sums(i: int, j: int, fa: Any = fa, fb: Any = fb, size: int = size) -> Array:
-            return np.asarray(irfft(np.conj(fa[i]) * fb[j], size))
-
-        count = np.maximum(np.round(sums(0, 0)), 1.0)
-        mean_a, mean_b = sums(1, 0) / count, sums(0, 1) / count
-        power_a = np.maximum(sums(2, 0) / count - mean_a**2, 1e-3)
-        power_b = np.maximum(sums(0, 2) / count - mean_b**2, 1e-3)
-        value = (sums(1, 1) / count - mean_a * mean_b) / np.sqrt(power_a * power_b)
-        value *= np.sqrt(np.minimum(count / min(n, m), 1.0)) / 3.0
-        total = value if total is None else total + value
-    assert total is not None
+        ones_a, fa, squares_a = rfft([np.ones(n), a, a * a], size)
+        ones_b, fb, squares_b = rfft([np.ones(m), b, b * b], size)
+        count = np.maximum(np.round(sums(ones_a, ones_b)), 1.0)
+        mean_a, mean_b = sums(fa, ones_b) / count, sums(ones_a, fb) / count
+        power_a = np.maximum(sums(squares_a, ones_b) / count - mean_a**2, 1e-3)
+        power_b = np.maximum(sums(ones_a, squares_b) / count - mean_b**2, 1e-3)
+        value = (sums(fa, fb) / count - mean_a * mean_b) / np.sqrt(power_a * power_b)
+        total += value * (np.sqrt(np.minimum(count / min(n, m), 1.0)) / 3.0)
     lags = np.arange(total.size)
     lags[lags >= m] -= size
     enough = np.flatnonzero(count >= LEAST_OVERLAP * min(n, m))
@@ -396,13 +395,11 @@ def propose_clock(
     motion = video_signal(t, e[:, 0], grid)
     rate = force_signal(ft, f, grid)
     rates = rates_to_try(min(float(t[-1] - t[0]), float(ft[-1] - ft[0])))
-    best: Lag | None = None
+    lags = []
     for done, drift in enumerate(rates):
         yield Progress(done, len(rates), "comparing motion and force")
-        lag = best_shift(motion, rate, taps, drift)
-        if best is None or lag.score > best.score:
-            best = lag
-    assert best is not None
+        lags.append(best_shift(motion, rate, taps, drift))
+    best = max(lags, key=attrgetter("score"))
     clock, residual, pairs, clear = _refine_by_taps(best.clock, t, e[:, 0], taps)
     confidence = _share_between(best.ratio, DOUBTFUL_PEAK_RATIO, SURE_PEAK_RATIO) * _share_between(
         best.alike, DOUBTFUL_CORRELATION, SURE_CORRELATION

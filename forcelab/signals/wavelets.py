@@ -60,6 +60,8 @@ class Wavelet(ABC):
         """Half-width of the support over scale."""
 
 
+#: The integral of a Morlet wavelet's envelope, ``pi^-1/4 exp(-t^2/2)``.
+AREA = math.sqrt(2 * math.pi) * math.pi**-0.25
 #: Where exp(-t^2 / 2) has fallen to 1e-13.
 TAIL = math.sqrt(2 * math.log(1e13))
 
@@ -145,7 +147,7 @@ class Morlet(Wavelet):
     def spectrum(self, omega: ArrayLike) -> Complex:
         w = np.asarray(omega, dtype=np.float64)
         bells = gauss(w - self.p) - math.exp(-0.5 * self.p**2) * gauss(w)
-        return (math.sqrt(2 * math.pi) * math.pi**-0.25 * bells).astype(np.complex128)
+        return (AREA * bells).astype(np.complex128)
 
     def time(self, t: ArrayLike) -> Complex:
         t = np.asarray(t, dtype=np.float64)
@@ -199,7 +201,7 @@ class UncorrectedMorlet(Morlet):
 
     def spectrum(self, omega: ArrayLike) -> Complex:
         w = np.asarray(omega, dtype=np.float64)
-        return (math.sqrt(2 * math.pi) * math.pi**-0.25 * gauss(w - self.p)).astype(np.complex128)
+        return (AREA * gauss(w - self.p)).astype(np.complex128)
 
     def time(self, t: ArrayLike) -> Complex:
         t = np.asarray(t, dtype=np.float64)

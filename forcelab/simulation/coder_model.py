@@ -12,10 +12,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from forcelab.labels import Segment, Segments, Track
-from forcelab.simulation.scene import Performance
+from forcelab.simulation.scene import Array, Performance
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,19 +98,17 @@ CODERS = (
 )
 
 
-Array = NDArray[np.float64]
-
 #: Seconds before and after an edge within which a coder looks for what changes.
-LOOK = 0.1
+SURROUNDINGS = 0.1
 #: What changes within so many seconds is one sudden change to the eye, as in one video frame.
-FLASH = 0.03
+SUDDEN = 0.03
 #: Newtons; a smaller change does not show a coder where the edge is, however sudden.
-FAINT = 0.5
+LEAST_CHANGE = 0.5
 
 #: Largest share of an action's duration by which a coder's edge may be off: two edges never cross.
-OFF = 0.4
+LARGEST_SHIFT = 0.4
 #: Largest share of a seen segment that stays unlabelled at each of its ends.
-BARE = 0.3
+LARGEST_GAP = 0.3
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,7 +195,7 @@ def _perceived_edges(
     late = [coder.lag + coder.starts.get(starting.get(edge, ""), 0.0) for edge in edges.tolist()]
     spread = coder.ramp + (coder.sharp - coder.ramp) * _sharpness(performance, edges)
     off = (late + spread * rng.standard_normal(len(edges)))[1:-1]
-    room = OFF * np.diff(edges)
+    room = LARGEST_SHIFT * np.diff(edges)
     perceived = edges.copy()
     perceived[1:-1] += np.clip(off, -room[:-1], room[1:])
     return perceived
@@ -207,11 +204,11 @@ def _perceived_edges(
 def _sharpness(performance: Performance, edges: Array) -> Array:
     """How suddenly the forces change around each edge (m,): 1 as in a jump, near 0 on a ramp.
 
-    It is the largest change within :data:`FLASH` over all that changes within :data:`LOOK` of the
-    edge.
+    It is the largest change within :data:`SUDDEN` over all that changes within
+    :data:`SURROUNDINGS` of the edge.
     """
-    step = FLASH / 6
-    around = step * np.arange(-round(LOOK / step), round(LOOK / step) + 1)
+    step = SUDDEN / 6
+    around = step * np.arange(-round(SURROUNDINGS / step), round(SURROUNDINGS / step) + 1)
     times = performance.motion.times
     windows = np.stack(
         [np.interp(edges[:, np.newaxis] + around, times, force) for force in performance.forces.T],
@@ -219,7 +216,7 @@ def _sharpness(performance: Performance, edges: Array) -> Array:
     )
     quickest = np.linalg.norm(windows[:, 6:] - windows[:, :-6], axis=-1).max(axis=1)
     extent = np.linalg.norm(np.ptp(windows, axis=1), axis=-1)
-    return quickest / np.maximum(extent, FAINT)
+    return quickest / np.maximum(extent, LEAST_CHANGE)
 
 
 def _strokes(actions: Segments, names: list[str | None]) -> list[Segment]:
@@ -238,5 +235,5 @@ def _strokes(actions: Segments, names: list[str | None]) -> list[Segment]:
 def _paint(stroke: Segment, sight: Mapping[float, tuple[float, float]]) -> Segment:
     """A stroke as the coder paints it; `sight` is where an edge is seen and how much stays bare."""
     (start, before), (end, after) = sight[stroke.start], sight[stroke.end]
-    most = BARE * (end - start)
+    most = LARGEST_GAP * (end - start)
     return Segment(start + min(before, most), end - min(after, most), stroke.action)

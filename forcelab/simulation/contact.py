@@ -6,9 +6,8 @@ Plain functions of arrays of any shape that broadcast. Metres, newtons, seconds;
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from forcelab.simulation.scene import Array
 
 #: Bristles bent to this share of what they bear begin to yield.
 YIELD = 0.7

@@ -36,7 +36,9 @@ HELD = 24
 
 
 @dataclass(frozen=True)
-class Job:
+class Order:
+    """A demonstration that is to be made."""
+
     origin: Origin
     #: Names of the simulated coders who label it.
     coders: tuple[str, ...] = tuple(coder.name for coder in CODERS)
@@ -46,7 +48,7 @@ class Job:
 
 
 def produce_demonstrations(
-    orders: Sequence[Job], scratch: Path, jobs: int = 1
+    orders: Sequence[Order], scratch: Path, jobs: int = 1
 ) -> Generator[Progress, None, tuple[NewDemonstration, ...]]:
     """Make demonstrations; the same orders give the same bytes, whatever the number of jobs.
 
@@ -89,7 +91,7 @@ def produce_demonstrations(
     return tuple(incoming_demonstrations)
 
 
-def _batches(orders: Sequence[Job]) -> Iterator[tuple[Origin, ...]]:
+def _batches(orders: Sequence[Order]) -> Iterator[tuple[Origin, ...]]:
     """The origins of orders, in groups that are integrated at once.
 
     The tasks that take longest come last, so that progress is seen soon.
@@ -116,7 +118,7 @@ def _perform(batch: Sequence[Origin]) -> tuple[Performance, ...]:
     return tuple(moved[numbers.index(origin.number)] for origin in batch)
 
 
-def _record(part: tuple[Job, Performance, Path]) -> NewDemonstration:
+def _record(part: tuple[Order, Performance, Path]) -> NewDemonstration:
     """A performance as it comes out of sensors, coders and camera."""
     order, performance, scratch = part
     origin = order.origin
@@ -234,7 +236,7 @@ def simulate_job(
     if not new:
         with Project.open(path) as project:
             project.refuse_read_only()  # before the work and not after it
-    orders = [Job(origin, video=video) for origin in origins]
+    orders = [Order(origin, video=video) for origin in origins]
     with tempfile.TemporaryDirectory(prefix="forcelab-") as scratch:
         demonstrations = yield from produce_demonstrations(orders, Path(scratch), jobs)
         yield Progress(len(orders), len(orders), f"writing {path.name}")

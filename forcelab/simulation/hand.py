@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-Array = NDArray[np.float64]
+from forcelab.simulation.scene import Array
 
 #: Distance of the splines' knots, s: a sixteenth of the period of the fastest tremor and less than
 #: a quarter of the fastest tap.

@@ -29,8 +29,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.simulation import contact
-from forcelab.simulation.hand import Trajectory
-from forcelab.simulation.scene import Array, Axis, Jaws, Scene, width_at
+from forcelab.simulation.hand import Trajectory, reach
+from forcelab.simulation.scene import Array, Axis, Jaws, Scene
 
 
 def stack_numbers(parts: Sequence[Any]) -> SimpleNamespace:
@@ -49,17 +49,6 @@ def stack_numbers(parts: Sequence[Any]) -> SimpleNamespace:
         elif isinstance(values[0], (int, float)):
             setattr(result, field.name, np.array(values, dtype=np.float64))
     return result
-
-
-def stack_surfaces(parts: Sequence[SimpleNamespace]) -> SimpleNamespace:
-    """The numbers of equal parts of one scene, such as its surfaces, from `stack_numbers`.
-
-    Gives each number as an array of shape (parts, b).
-    """
-    names = vars(parts[0])
-    return SimpleNamespace(
-        **{name: np.stack([vars(part)[name] for part in parts]) for name in names}
-    )
 
 
 @dataclass(frozen=True)
@@ -147,6 +136,55 @@ def left_out(scene: Scene) -> tuple[str, ...]:
     return tuple(missing)
 
 
+class Width(NamedTuple):
+    """The body where the jaws are, each array of shape (2, n) or (n,)."""
+
+    #: half and slope: (2, n), half width (m) that the left and the right jaw see, and how it
+    #: changes along z.
+    half: Array
+    slope: Array
+    #: rest and rest_slope: (n,), how much of the body is left for the jaws to press on, from 1 to
+    #: 0, and how that changes along z, 1/m.
+    rest: Array
+    rest_slope: Array
+    #: (n,), how far the jaws are from the tip, m; beyond it, where it is negative, nothing is left.
+    tip: Array
+
+
+def width_at(up: Array, half_width: Array, profile: SimpleNamespace) -> Width:
+    """Width at the height of the jaws.
+
+    ``(w0 + (1 -+ lopsided) (waviness w0 sin(2 pi up / wavelength) + rim R(up))) rest(up)``, where
+    R rises and `rest` falls like a minimum-jerk reach over the lengths of rim and taper.
+
+    `up` (n,): height of the jaws over where they first gripped, m; `half_width` (b,): w0, m;
+    `profile` (b,): the numbers of `Profile`.
+    """
+    over = up - profile.end
+    rim_length = profile.rim_length
+    # Both steps at once: numpy takes as long for one of them.
+    (gone, rim), (gone_slope, rim_slope) = _step(
+        np.stack([over, over + rim_length]), np.stack([profile.taper, rim_length])
+    )
+    k = 2.0 * np.pi / profile.wavelength
+    wave, turns = profile.waviness * half_width, k * up
+    uneven = wave * np.sin(turns) + profile.rim * rim
+    uneven_slope = wave * k * np.cos(turns) + profile.rim * rim_slope
+    share = np.stack([1.0 - profile.lopsided, 1.0 + profile.lopsided])
+    full = half_width + share * uneven
+    rest = 1.0 - gone
+    slope = share * uneven_slope * rest - full * gone_slope
+    return Width(full * rest, slope, rest, -gone_slope, profile.taper - over)
+
+
+def _step(along: Array, length: Array) -> tuple[Array, Array]:
+    """A smooth step from 0 to 1 over a length, and its slope."""
+    u = np.maximum(along / length, 0.0)
+    np.minimum(u, 1.0, out=u)
+    rest = u * (1.0 - u)
+    return reach(u), 30.0 * rest * rest / length
+
+
 #: Normal force for which the scales of friction and of curved contacts are made, N.
 TYPICAL_GRIP = 10.0
 
@@ -216,45 +254,46 @@ def state_scales(layout: Layout, numbers: SimpleNamespace) -> Array:
 
 
 #: Bristles bent to this share of what they bear slip; below it they stick.
-SLIP = 0.95
+SLIP_SHARE = 0.95
 #: Below this normal force, N, nothing is said to slip, as there is nothing to be felt.
-FAINTEST = 0.05
+FAINTEST_GRIP = 0.05
 #: A body this far above the table has left its socket, m.
-CLEAR = 5e-4
+CLEARANCE = 5e-4
 
 ENTERS, LEAVES = "into the socket", "out of the socket"
 
 
-def event_meanings(layout: Layout) -> tuple[str, ...]:
+def event_meanings(layout: Layout) -> tuple[tuple[str, str], ...]:
     """What it means that the event functions of a layout cross zero, as `Mechanics.events`."""
     jaws = ("left jaw", "right jaw")
-    names = [f"{jaw}: contact made|{jaw}: contact lost" for jaw in jaws]
-    names.append("jaws meet|jaws part")
+    names = [(f"{jaw}: contact made", f"{jaw}: contact lost") for jaw in jaws]
+    names.append(("jaws meet", "jaws part"))
     if layout.rubbing:
-        names += [f"{jaw}: slip begins|{jaw}: slip ends" for jaw in jaws]
+        names += [(f"{jaw}: slip begins", f"{jaw}: slip ends") for jaw in jaws]
     if layout.thread:
-        names.append("cap slips|cap sticks")
+        names.append(("cap slips", "cap sticks"))
     if layout.ground:
-        names.append("body set down|body lifted")
+        names.append(("body set down", "body lifted"))
     if layout.socket:
-        names += [f"{ENTERS}|", f"{LEAVES}|", "snap in|snap out"]
+        names += [(ENTERS, ""), (LEAVES, ""), ("snap in", "snap out")]
     return tuple(names)
 
 
-def socket_entered(event: str, rising: bool) -> bool | None:
-    """Whether the body is in its socket after an event; None where that changes nothing."""
-    return {ENTERS: True, LEAVES: False}.get(event.split("|")[0 if rising else 1])
+def friction_limit(velocity: Array, pads: SimpleNamespace) -> Array:
+    """The coefficient of friction that bristles can bear, (...), at velocities (axes, ...), m/s."""
+    return contact.bristle_limit(contact.length(velocity), pads.static, pads.kinetic, pads.stribeck)
 
 
-def slip_margin(bristles: Array, limit: Array, pads: SimpleNamespace, normal: Array) -> Array:
+def slip_margin(bristles: Array, velocity: Array, pads: SimpleNamespace, normal: Array) -> Array:
     """Above zero where a jaw slips on the body, shape (2, n).
 
-    `bristles` (directions, 2, n); `limit` (n,): the coefficient of friction that they can bear;
-    `pads` (b,): the numbers of `Pads`; `normal` (2, n): N. The function fades with it, so that
-    losing contact ends the slip without a jump.
+    `bristles` (directions, 2, n); `velocity` (directions, n): m/s; `pads` (b,): the numbers of
+    `Pads`; `normal` (2, n): N. The function fades with it, so that losing contact ends the slip
+    without a jump.
     """
-    fade = np.minimum(normal / FAINTEST, 1.0)
-    slips: Array = contact.length(bristles) * (pads.stiffness / limit) * fade - SLIP
+    limit = friction_limit(velocity, pads)
+    fade = np.minimum(normal / FAINTEST_GRIP, 1.0)
+    slips: Array = contact.length(bristles) * (pads.stiffness / limit) * fade - SLIP_SHARE
     return slips
 
 
@@ -273,7 +312,7 @@ def socket_margins(
     aside = np.minimum(clear, off - 2.0 * socket.tolerance)
     return (
         np.where(inside, socket.tolerance, near),
-        np.where(inside, np.maximum(clear - CLEAR, aside), -CLEAR),
+        np.where(inside, np.maximum(clear - CLEARANCE, aside), -CLEARANCE),
         np.where(inside, -z, 0.0) - socket.snap_depth,
     )
 
@@ -284,8 +323,8 @@ class Surfaces:
     They are the left jaw, the right jaw, and the table and the walls of the socket where the scene
     has them, each with axes of its own: see `Layout`.
 
-    `numbers` (b,): the numbers of the scenes, from `stack_numbers`; `pads` (surfaces, b): the
-    numbers of `Pads`.
+    `numbers`: the numbers of the scenes, from `stack_numbers`; `pads`: the numbers of `Pads`, each
+    of shape (surfaces, b).
     """
 
     def __init__(self, layout: Layout, numbers: SimpleNamespace) -> None:
@@ -295,7 +334,10 @@ class Surfaces:
             pads.append(numbers.ground.friction)
         if layout.socket:
             pads.append(numbers.socket.rubbing)
-        self.pads = stack_surfaces(pads)
+        numbers_of = [vars(each) for each in pads]
+        self.pads = SimpleNamespace(
+            **{name: np.stack([each[name] for each in numbers_of]) for name in numbers_of[0]}
+        )
         self._share = np.stack([np.ones_like(jaws.asymmetry), jaws.asymmetry])
         self._rub, self._slide = len(layout.rubbing), len(layout.sliding)
         self._alone = not layout.ground
@@ -336,11 +378,11 @@ class Surfaces:
 
 
 #: Bristles that bear nothing straighten with this time constant, s.
-STRAIGHTEN = 5e-3
+STRAIGHTENING = 5e-3
 #: Share of the socket's depth over which its walls and its friction set in.
-RIM = 0.25
+RIM_SHARE = 0.25
 #: The bumps around a socket fade over this many pitches.
-BUMPY = 3.0
+BUMP_REACH = 3.0
 
 
 class Table(NamedTuple):
@@ -364,7 +406,7 @@ def table_under(place: Array, speed: Array, socket: SimpleNamespace | None) -> T
         return Table(-place[-1], -speed[-1], None)
     e = place[0] - socket.place
     k = 2.0 * np.pi / socket.pitch
-    reach = BUMPY * socket.pitch
+    reach = BUMP_REACH * socket.pitch
     far = e / reach
     cube = far * far * far  # numpy's own powers cost more than all the rest
     fade = 0.5 * socket.studs * np.exp(-far * cube)
@@ -376,23 +418,20 @@ def table_under(place: Array, speed: Array, socket: SimpleNamespace | None) -> T
 
 def sliding_friction(
     normal: Array, velocity: Array, bristles: Array, pads: SimpleNamespace
-) -> tuple[Array, Array, Array]:
+) -> tuple[Array, Array]:
     """Friction against a motion along one or more axes that share their bristles' limit.
 
     `normal` (..., n): N; `velocity`, `bristles` (axes, ..., n): m/s and m; `pads` (b,): the numbers
     of `Pads`. Gives `force`, `bristle_rate` (axes, ..., n): the force along `velocity` that drives
-    the other side, N; and m/s; `limit` (..., n): the coefficient of friction that the bristles can
-    bear at this speed.
+    the other side, N; and m/s.
     """
-    limit = contact.bristle_limit(
-        contact.length(velocity), pads.static, pads.kinetic, pads.stribeck
-    )
+    limit = friction_limit(velocity, pads)
     rate = contact.bristle_rate(velocity, bristles, pads.stiffness, limit)
     force = contact.lugre(
         normal, velocity, bristles, rate, pads.stiffness, pads.damping, pads.viscous
     )
-    rate -= bristles * ((normal <= 0.0) * (1.0 / STRAIGHTEN))
-    return force, rate, limit
+    rate -= bristles * ((normal <= 0.0) * (1.0 / STRAIGHTENING))
+    return force, rate
 
 
 def socket_push(
@@ -412,53 +451,25 @@ def socket_push(
     pushed out again, as by a chamfer.
     """
     depth, x, askew = -place[2], place[0], place[1] - socket.place
-    rim = RIM * socket.depth
+    rim = RIM_SHARE * socket.depth
     u = np.maximum(depth / rim, 0.0)
     np.minimum(u, 1.0, out=u)
-    socket_entered = u * u * (3.0 - 2.0 * u) * inside
+    entered = u * u * (3.0 - 2.0 * u) * inside
     click = socket.snap, socket.snap_depth, socket.snap_width
     wall, end = socket.walls * askew, socket.ends * x
     stored = 0.5 * (wall * askew + end * x) + contact.snap_energy(depth, *click)
     chamfer = 6.0 * u * (1.0 - u) / rim * stored
     bottom = contact.hunt_crossley(depth - socket.depth, -speed[2], socket.bottom, damping)
     force = np.empty(place.shape)
-    np.multiply(-socket_entered, end + socket.wall_damping * speed[0], out=force[0])
-    np.multiply(-socket_entered, wall + socket.wall_damping * speed[1], out=force[1])
+    np.multiply(-entered, end + socket.wall_damping * speed[0], out=force[0])
+    np.multiply(-entered, wall + socket.wall_damping * speed[1], out=force[1])
     np.multiply(inside, chamfer + bottom, out=force[2])
-    force[2] -= socket_entered * contact.snap(depth, *click)
-    return force, socket.friction * socket_entered
+    force[2] -= entered * contact.snap(depth, *click)
+    return force, socket.friction * entered
 
 
 #: Left jaw, right jaw: the sign of the force with which each pushes the body along x.
 SIDES = np.array([[1.0], [-1.0]])
-
-
-def dome_forces(
-    instant: SimpleNamespace,
-    acceleration: Array,
-    layout: Layout,
-    numbers: SimpleNamespace,
-    jaws: Jaws,
-) -> Array:
-    """Forces on the domes of one lane.
-
-    `instant`: from :meth:`Mechanics.evaluate`; `acceleration` (coordinates, n): m/s^2; of the wrist
-    rad/s^2; `numbers`: the numbers of the scene, from `stack_numbers`; `jaws`: how the sensors are
-    tilted. Gives (6, n): as of :meth:`Mechanics.sensor_forces`.
-    """
-    dome = numbers.jaws.dome
-    forces = np.zeros((2, 3, instant.tap.size))
-    forces[:, 2] = dome * acceleration[:2] - instant.pressed
-    forces[0, 2] -= instant.tap
-    if layout.thread:
-        inertia = dome * numbers.thread.radius * acceleration[2]
-        forces[:, 0] = (instant.friction[0] + inertia) * SIDES
-    for row, axis in enumerate(layout.axes):
-        inertia = dome * acceleration[2 + row]
-        forces[:, "yz".index(axis)] = -instant.friction[row] - inertia
-    if numbers.profile is not None:
-        forces[:, 1] += instant.widening
-    return (_tilts(jaws) @ forces).reshape(6, -1)
 
 
 def _tilts(jaws: Jaws) -> Array:
@@ -481,11 +492,11 @@ def _tilts(jaws: Jaws) -> Array:
 class Mechanics:
     """A batch of demonstrations of scenes with the same parts, as the solvers integrate them.
 
-    Each is a lane, a column of the state; `names` says what its s rows are. `positions` and
-    `velocities` are rows such that ``rates(t, y)[positions] == y[velocities]`` exactly. `scales`
+    Each is a lane, a column of the state; `names` says what its s rows are: first `dof`
+    coordinates, then their velocities: ``rates(t, y)[:dof] == y[dof : 2 * dof]`` exactly. `scales`
     (s, b) turns a tolerance in newtons into one for each state: how large a change of it moves a
     force of the lane by about one newton. `events` says what it means that an event function rises
-    or falls through zero, as ``"rising|falling"``; an empty meaning is no event.
+    or falls through zero, as ``(rising, falling)``; an empty meaning is no event.
 
     `scenes`: one for each lane; they have the same parts but their own numbers; `command`: one lane
     for each scene, with the commands of :attr:`Layout.commands`; `drive`: the same commands as
@@ -500,8 +511,8 @@ class Mechanics:
         self.layout = layout = Layout.of(self.scenes[0])
         self.lanes = len(self.scenes)
         self.names = layout.names
-        p, d, a = len(layout.coordinates), len(layout.driven), len(layout.axes)
-        self.positions, self.velocities = np.arange(p), np.arange(p, 2 * p)
+        self.dof = p = len(layout.coordinates)
+        d, a = len(layout.driven), len(layout.axes)
         self._x, self._held, self._along = d, slice(d, d + 1 + a), slice(d + 1, d + 1 + a)
         self._rub = slice(2 * p, 2 * p + 2 * len(layout.rubbing))
         self._slide = slice(self._rub.stop, self._rub.stop + len(layout.sliding))
@@ -543,11 +554,11 @@ class Mechanics:
 
     def jump(self, event: int, rising: bool, state: Array) -> Array:
         """The state (s,) of a lane right after an event: the body enters or leaves the socket."""
-        inside = socket_entered(self.events[event], rising)
-        if inside is None:
+        meaning = self.events[event][not rising]
+        if meaning not in (ENTERS, LEAVES):
             return state
         after = state.copy()
-        after[-1] = float(inside)
+        after[-1] = float(meaning == ENTERS)
         return after
 
     def watched(self, times: Array, states: Array) -> Array:
@@ -560,13 +571,10 @@ class Mechanics:
         pads = self._pads
         if pads is not None:
             bristles = states[self._rub].reshape(-1, 2, len(times))
-            speed = contact.length(self._sliding(states))
-            limit = contact.bristle_limit(speed, pads.static, pads.kinetic, pads.stribeck)
-            rows += list(slip_margin(bristles, limit, pads, instant.normal))
+            rows += list(slip_margin(bristles, self._sliding(states), pads, instant.normal))
         if self.layout.thread:
-            speed, screw = np.abs(states[2 * len(self.positions) - 1]), self._screw
-            bears = contact.bristle_limit(speed, screw.static, screw.kinetic, screw.stribeck)
-            rows.append(np.abs(states[-1]) * screw.stiffness / bears - SLIP)
+            limit = friction_limit(states[2 * self.dof - 1 : 2 * self.dof], self._screw)
+            rows.append(np.abs(states[-1]) * self._screw.stiffness / limit - SLIP_SHARE)
         if self.layout.ground:
             rows.append(instant.table.depth)
         if self.layout.socket:
@@ -580,10 +588,10 @@ class Mechanics:
         `times` (n,): one for each lane, or any number for a system of one lane; `states` (s, n).
         Gives ``rates`` (s, n); of the jaws ``depth`` and ``normal`` (2, n), m and N, ``touch``
         (n,), by how much they overlap, ``pressed`` (2, n), all that presses on them, and ``tap``.
-        Where jaws rub, ``friction`` (directions, 2, n) on the body and its ``limit`` (n,). Where
-        there is a table, ``ground`` (n,), how deep the body stands in it.
+        Where jaws rub, ``friction`` (directions, 2, n) on the body. Where there is a table,
+        ``table``, how the body stands on it.
         """
-        p, count, d = self._p, len(self.positions), self._x
+        p, count, d = self._p, self.dof, self._x
         q, v = states[:count], states[count : 2 * count]
         rates = np.empty_like(states)
         rates[:count] = v
@@ -627,13 +635,24 @@ class Mechanics:
         right one: x along the scene's y, y along its z, z normal and negative in compression, as
         the tilted sensors see them. The domes' own inertia is felt too.
         """
-        instant = self.evaluate(times, states)
-        acceleration = instant.rates[len(self.positions) :]
-        return dome_forces(instant, acceleration, self.layout, self._p, self.scenes[0].jaws)
+        instant, p = self.evaluate(times, states), self._p
+        acceleration = instant.rates[self.dof :]
+        forces = np.zeros((2, 3, instant.tap.size))
+        forces[:, 2] = p.jaws.dome * acceleration[:2] - instant.pressed
+        forces[0, 2] -= instant.tap
+        if self.layout.thread:
+            inertia = p.jaws.dome * p.thread.radius * acceleration[2]
+            forces[:, 0] = (instant.friction[0] + inertia) * SIDES
+        for row, axis in enumerate(self.layout.axes):
+            inertia = p.jaws.dome * acceleration[2 + row]
+            forces[:, "yz".index(axis)] = -instant.friction[row] - inertia
+        if p.profile is not None:
+            forces[:, 1] += instant.widening
+        return (_tilts(self.scenes[0].jaws) @ forces).reshape(6, -1)
 
     def _contacts(self, states: Array) -> SimpleNamespace:
         """How jaws, body and table meet: the first part of :meth:`evaluate`."""
-        p, count, d = self._p, len(self.positions), self._x
+        p, count, d = self._p, self.dof, self._x
         instant = SimpleNamespace()
         # Places and velocities in one: how near each jaw is to the body's middle.
         bodies = states[: 2 * count].reshape(2, count, -1)
@@ -642,7 +661,7 @@ class Mechanics:
         if p.profile is not None:
             along, passing = bodies[:, d - 1] - bodies[:, -1]
             instant.width = width_at(along, half, p.profile)
-            half, stiffness = instant.width.half, stiffness * instant.width.left
+            half, stiffness = instant.width.half, stiffness * instant.width.rest
             depth_rate += instant.width.slope * passing
         instant.depth = half - near
         instant.normal = contact.hunt_crossley(
@@ -656,7 +675,7 @@ class Mechanics:
 
     def _sliding(self, states: Array) -> Array:
         """How fast jaws and body slide past each other, shape (directions, n)."""
-        v, d = states[len(self.positions) :], self._x
+        v, d = states[self.dof :], self._x
         if self.layout.thread:
             turning: Array = (self._p.thread.radius * (v[d - 1] - v[d + 1]))[None]
             return turning
@@ -666,20 +685,20 @@ class Mechanics:
         self, instant: SimpleNamespace, states: Array, force: Array, surfaces: Surfaces
     ) -> None:
         """Friction of jaws, table and socket: the jaws' holds back tongs and wrist."""
-        count, d = len(self.positions), self._x
+        count, d = self.dof, self._x
         sliding, slides, table, walls = self._sliding(states), states[self._slide], None, None
         bristles, rubbing = states[self._rub].reshape(len(sliding), 2, -1), slides
         if self.layout.ground:
             table, rubbing = instant.load, states[count + d : count + d + len(slides)]
         if self.layout.socket:
             walls = states[-1] * states[2 * count - 1], states[-2]
-        friction, rate, limit = sliding_friction(
+        friction, rate = sliding_friction(
             surfaces.normal(instant.normal, table, instant.hold if walls else None),
             surfaces.beside(sliding[:, None], rubbing, walls[0] if walls else None),
             surfaces.beside(bristles, slides, walls[1] if walls else None),
             surfaces.pads,
         )
-        instant.limit, instant.friction = limit[0], surfaces.jaws(friction)
+        instant.friction = surfaces.jaws(friction)
         instant.rates[self._rub] = surfaces.jaws(rate).reshape(2 * len(sliding), -1)
         if not self.layout.thread:
             friction_sum = instant.friction[:, 0] + instant.friction[:, 1]
@@ -696,7 +715,7 @@ class Mechanics:
         """Push tongs and body apart along z where the body's width varies."""
         body, width = self._p.body, instant.width
         stored = contact.hunt_crossley_energy(instant.depth, body.stiffness, self._exponent)
-        instant.widening = -instant.normal * width.slope - stored * width.left_slope
+        instant.widening = -instant.normal * width.slope - stored * width.rest_slope
         push = instant.widening.sum(axis=0)
         force[self._x - 1] += push
         force[-1] -= push
@@ -705,7 +724,7 @@ class Mechanics:
         """Turn the cap: the jaws' friction turns it, the thread holds it back."""
         torque = self._p.thread.radius * instant.friction[0].sum(axis=0)
         cap_rate = states[2 * len(force) - 1]
-        held, rate, _ = sliding_friction(
+        held, rate = sliding_friction(
             self._p.thread.kinetic, cap_rate[None], states[-1:], self._screw
         )
         instant.rates[-1] = rate[0]
@@ -715,7 +734,6 @@ class Mechanics:
     def _stand(self, instant: SimpleNamespace, states: Array, force: Array) -> None:
         """Table and socket press on the body."""
         p, table = self._p, instant.table
-        instant.ground = table.depth
         normal = contact.kelvin_voigt(table.depth, table.rate, p.ground.stiffness, p.ground.damping)
         push = force[self._held]
         if p.socket is not None:

@@ -23,9 +23,8 @@ Nothing in the picture names the action.
 
 from __future__ import annotations
 
-import contextlib
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -38,7 +37,9 @@ from numpy.typing import NDArray
 
 from forcelab.clock import ClockMap
 from forcelab.errors import InputError
-from forcelab.simulation.scene import Performance, Profile, Scene, Shape, Socket, width_at
+from forcelab.simulation.mechanics import width_at
+from forcelab.simulation.scene import Array, Performance, Profile, Scene, Shape, Socket
+from forcelab.video.codecs import opencv
 
 #: Seconds over which a frame's forces are averaged, as a camera's shutter does.
 EXPOSURE = 0.012
@@ -94,7 +95,6 @@ class States:
 
 
 Image = NDArray[np.uint8]
-Points = NDArray[np.float64]
 #: Blue, green and red, 0..255, as OpenCV orders them.
 Colour = tuple[int, int, int]
 
@@ -133,27 +133,27 @@ class Canvas:
         self.image = image
         self.zoom = zoom
 
-    def polygon(self, points: Points, fill: Colour, edge: Colour | None = None) -> None:
+    def polygon(self, points: Array, fill: Colour, edge: Colour | None = None) -> None:
         """A filled polygon, shape (n, 2) in pixels, with a line around it where asked for."""
         corners = [_fixed(points)]
         cv2.fillPoly(self.image, corners, fill, cv2.LINE_AA, SHIFT)
         if edge is not None:
             cv2.polylines(self.image, corners, True, edge, self._width(1.0), cv2.LINE_AA, SHIFT)
 
-    def hull(self, points: Points, fill: Colour, edge: Colour) -> None:
+    def hull(self, points: Array, fill: Colour, edge: Colour) -> None:
         """The convex hull of points, shape (n, 2) in pixels."""
         corners = [cv2.convexHull(_fixed(points))]
         cv2.fillPoly(self.image, corners, fill, cv2.LINE_AA, SHIFT)
         cv2.polylines(self.image, corners, True, edge, self._width(1.0), cv2.LINE_AA, SHIFT)
 
-    def line(self, points: Points, paint: Colour, width: float = 1.0) -> None:
+    def line(self, points: Array, paint: Colour, width: float = 1.0) -> None:
         """An open line through points, shape (n, 2) in pixels."""
         corners = [_fixed(points)]
         cv2.polylines(self.image, corners, False, paint, self._width(width), cv2.LINE_AA, SHIFT)
 
     def disc(
         self,
-        centre: Points,
+        centre: Array,
         radii: tuple[float, float],
         fill: Colour,
         edge: Colour | None = None,
@@ -163,7 +163,7 @@ class Canvas:
 
     def capsule(
         self,
-        ends: tuple[Points, Points],
+        ends: tuple[Array, Array],
         radii: tuple[float, float],
         fill: Colour,
         edge: Colour | None = None,
@@ -189,7 +189,7 @@ class Canvas:
         )
         self.polygon(outline, fill, edge)
 
-    def dots(self, centres: Points, radius: float, fill: Colour) -> None:
+    def dots(self, centres: Array, radius: float, fill: Colour) -> None:
         """Small discs of one size, centres of shape (n, 2)."""
         size = max(1, round(radius * (1 << SHIFT)))
         for u, v in _fixed(centres).tolist():
@@ -259,7 +259,7 @@ class Proportions:
         return cls(grip, dome, height - grip + CLEAR, back, foot, height)
 
 
-def drawn_height(up: Points, profile: Profile) -> Points:
+def drawn_height(up: Array, profile: Profile) -> Array:
     """How far above the first grip heights of a stylus are drawn, m: rising and without jumps.
 
     The rim is stretched, for over it the domes go slowly, the tip is shortened, and so is what is
@@ -271,7 +271,7 @@ def drawn_height(up: Points, profile: Profile) -> Points:
     stretched = (STRETCH - 1.0) * np.clip(inner - first, 0.0, last - first)
     shortened = (1.0 - TIP) * np.clip(inner - end, 0.0, None)
     beyond = FREE * np.arcsinh(np.clip(up - tip, 0.0, None) / FREE)
-    drawn: Points = inner + stretched - shortened + beyond
+    drawn: Array = inner + stretched - shortened + beyond
     return drawn
 
 
@@ -341,11 +341,11 @@ class View:
             return float(self.climbed(np.array(z)))
         return LOW * float(np.arcsinh(z / LOW)) if z >= 0 else self.sink * z
 
-    def climbed(self, up: Points) -> Points:
+    def climbed(self, up: Array) -> Array:
         """Where heights along a body in a holder are on the stage, m, above the first grip."""
         return up if self.profile is None else drawn_height(up, self.profile)
 
-    def at(self, x: float, y: float, z: float) -> Points:
+    def at(self, x: float, y: float, z: float) -> Array:
         """Pixel of a place on the stage, shape (2,)."""
         right = self.origin[0] + self.scale * (x + self.depth[0] * y)
         down = self.origin[1] - self.scale * (z - self.depth[1] * y)
@@ -356,7 +356,11 @@ class View:
             down = self.pivot[1] + sin * u + cos * v
         return np.array([right, down])
 
-    def path(self, places: list[tuple[float, float, float]]) -> Points:
+    def way(self, x: float, y: float, z: float) -> Array:
+        """How far right and down a way on the stage goes, pixels, shape (2,)."""
+        return self.at(x, y, z) - self.at(0.0, 0.0, 0.0)
+
+    def path(self, places: list[tuple[float, float, float]]) -> Array:
         """Pixels of places on the stage, shape (n, 2)."""
         return np.array([self.at(*place) for place in places])
 
@@ -365,7 +369,7 @@ class View:
         left, top = self.origin
         return replace(self, scale=self.scale * factor, origin=(left * factor, top * factor))
 
-    def tilted(self, tilt: float, pivot: Points) -> View:
+    def tilted(self, tilt: float, pivot: Array) -> View:
         """The same view, turned to the right by an angle about a pixel."""
         return replace(self, tilt=tilt, pivot=(float(pivot[0]), float(pivot[1])))
 
@@ -382,14 +386,10 @@ LEAD = 0.05
 #: Greatest tilt of a body that feels for its socket, rad.
 TILT = 0.14
 #: By what share it leans less half way between two places where it catches, and their distance, m.
-ROCKING = 0.4
-OVER = 0.003
+ROCKING, ROCKING_PERIOD = 0.4, 0.003
 #: How far from its place it is tilted by three quarters of that, m; up to where at all, m; and how
 #: high over the socket's rim, and how deep below it, it is upright again, m.
-OFF = 0.0012
-AROUND = 0.016
-HOVERING = 0.0012
-SUNK = 0.0006
+TILT_OFFSET, TILT_REACH, TILT_ABOVE, TILT_BELOW = 0.0012, 0.016, 0.0012, 0.0006
 
 
 @dataclass(frozen=True)
@@ -431,10 +431,10 @@ def pose_of(scene: Scene, sizes: Proportions, view: View, state: State) -> Pose:
 def _tilt(socket: Socket, y: float, z: float) -> float:
     """How far a body leans that stands on a socket's rim beside its place, rad."""
     away = y - socket.place
-    near = float(np.clip(2.0 - 2.0 * abs(away) / AROUND, 0.0, 1.0))
-    low = float(np.clip(1.0 - z / HOVERING if z > 0.0 else 1.0 + z / SUNK, 0.0, 1.0))
-    rocking = 1.0 - ROCKING * (0.5 - 0.5 * np.cos(2.0 * np.pi * away / OVER))
-    return TILT * near * low * float(rocking * np.tanh(away / OFF))
+    near = float(np.clip(2.0 - 2.0 * abs(away) / TILT_REACH, 0.0, 1.0))
+    low = float(np.clip(1.0 - z / TILT_ABOVE if z > 0.0 else 1.0 + z / TILT_BELOW, 0.0, 1.0))
+    rocking = 1.0 - ROCKING * (0.5 - 0.5 * np.cos(2.0 * np.pi * away / ROCKING_PERIOD))
+    return TILT * near * low * float(rocking * np.tanh(away / TILT_OFFSET))
 
 
 DOME = colour("119da4")
@@ -461,15 +461,13 @@ FLATTENING = 0.38
 LEANING = 6.6e-4
 LEANING_MOST = 1.05
 #: Tongs that go along the body faster than this, m/s, leave streaks if they press on it, N.
-SLIDING = 0.008
-PRESSING = 0.15
+STREAK_SPEED, STREAK_GRIP = 0.008, 0.15
 #: Seconds in which the tapping finger comes and goes, and how far it comes from, m.
-COMING = 0.28
-FAR = 0.06
+TAP_APPROACH, TAP_DISTANCE = 0.28, 0.06
 #: Seconds for which it stays on the dome, before and after the middle of the tap.
-TOUCHING = 0.018
+TAP_CONTACT = 0.018
 #: Seconds for which the tap's rays are seen, fading: three frames.
-SHINING = 0.1
+TAP_RAYS = 0.1
 
 
 class Tongs:
@@ -480,15 +478,14 @@ class Tongs:
         self.view = view
         y, z, angle = pose.tongs
         turn = np.array([np.cos(angle), np.sin(angle)])
-        ways = view.at(turn[0], turn[1], 0.0), view.at(-turn[1], turn[0], 0.0)
-        axis, across = (way - view.at(0.0, 0.0, 0.0) for way in ways)
+        axis, across = view.way(turn[0], turn[1], 0.0), view.way(-turn[1], turn[0], 0.0)
         #: How wide the round sensors are seen, as a share of their radius: 0 from the side.
         self.breadth = abs(float(turn[1]))
         middle = view.at(0.0, y, z)
         most = LEANING_MOST * sizes.dome
         lean = most * np.tanh(-LEANING * np.array(state.drag) / most)
         # The hand runs ahead of the domes that the body holds back.
-        drag = view.at(0.0, lean[0], lean[1]) - view.at(0.0, 0.0, 0.0)
+        drag = view.way(0.0, lean[0], lean[1])
         twist = most * float(np.tanh(2.0 * LEANING * pose.lead / LEAD / most)) * across
         self.leans = [drag - twist, drag + twist]
         self.hinge = middle + 1.6 * drag - (0.0, view.scale * sizes.reach)
@@ -496,7 +493,7 @@ class Tongs:
         self.inward = [axis, -axis]
         self.contacts = [middle - axis * state.jaws[0], middle + axis * state.jaws[1]]
         self.pressed = [1.0 - float(np.exp(-max(n, 0.0) / SOFTNESS)) for n in state.normal]
-        self.sliding = state.sliding if min(state.normal) > PRESSING else 0.0
+        self.sliding = state.sliding if min(state.normal) > STREAK_GRIP else 0.0
         self.feet = [self._base(side) - 0.0042 * self.inward[side] for side in (0, 1)]
         down = 0.009 * view.scale
         self.knees = [
@@ -532,7 +529,7 @@ class Tongs:
 
     def streaks(self, canvas: Canvas) -> None:
         """Short lines behind the domes while they slide along the body."""
-        if abs(self.sliding) < SLIDING:
+        if abs(self.sliding) < STREAK_SPEED:
             return
         s, r = self.view.scale, self.sizes.dome
         back = float(np.sign(self.sliding)) * s
@@ -566,11 +563,13 @@ class Tongs:
         `since`: seconds since the tap's middle, negative before it.
         """
         away = abs(since)
-        if away >= COMING:
+        if away >= TAP_APPROACH:
             return
         s = self.view.scale
         path = np.array([0.64, 0.77])
-        distance = FAR * (max(0.0, away - TOUCHING) / (COMING - TOUCHING)) ** 1.5
+        distance = (
+            TAP_DISTANCE * (max(0.0, away - TAP_CONTACT) / (TAP_APPROACH - TAP_CONTACT)) ** 1.5
+        )
         radius = 0.0046 * s
         tip = self.contacts[0] + np.array([radius, 0.0]) + s * distance * path
         knuckle, fist = tip + 0.03 * s * path, tip + 0.045 * s * path
@@ -586,8 +585,8 @@ class Tongs:
         canvas.capsule((root, tip), (0.006 * s, radius), SKIN, SKIN_EDGE)
         nail = tip + s * np.array([0.0008, 0.0002])
         canvas.capsule((nail, nail + 0.005 * s * path), (0.0022 * s, 0.0026 * s), NAIL, SKIN_EDGE)
-        if 0.0 <= since < SHINING:
-            left = 1.0 - since / SHINING
+        if 0.0 <= since < TAP_RAYS:
+            left = 1.0 - since / TAP_RAYS
             for angle in (0.9, 1.6, 2.3):
                 ray = np.array([np.cos(angle), -np.sin(angle)])
                 start = self.contacts[0] - (0.0, 0.0035 * s)
@@ -595,18 +594,17 @@ class Tongs:
                 canvas.line(line, SPARK_EDGE, 3.0 + 3.0 * left)
                 canvas.line(line, SPARK, 1.0 + 3.0 * left)
 
-    def _base(self, side: int) -> Points:
+    def _base(self, side: int) -> Array:
         """Where a dome begins: the middle of its round face on the housing."""
         r = self.sizes.dome
         bulge = (0.95 - FLATTENING * self.pressed[side]) * r
-        base: Points = self.contacts[side] - bulge * self.inward[side] + self.leans[side]
+        base: Array = self.contacts[side] - bulge * self.inward[side] + self.leans[side]
         return base
 
     def _grip(self, canvas: Canvas, *, behind: bool) -> None:
         """Thumb and fingers, which go round with the arms that they hold."""
         s, hinge = self.view.scale, self.hinge
-        zero = self.view.at(0.0, 0.0, 0.0)
-        round_off = self.view.at(np.cos(self.heading), np.sin(self.heading), 0.0) - zero
+        round_off = self.view.way(np.cos(self.heading), np.sin(self.heading), 0.0)
         for side, knuckle, tip in (
             (1, (0.017, -0.004), (0.001, 0.0055)),
             (1, (0.012, -0.012), (-0.0015, -0.001)),
@@ -619,7 +617,7 @@ class Tongs:
             bend = 0.5 * (root + end) + 0.004 * np.sign(knuckle[0]) * round_off
             self._finger(canvas, [root, bend - (0.0, 0.001 * s), end], 0.0042 * s)
 
-    def _arm(self, canvas: Canvas, spine: list[Points]) -> None:
+    def _arm(self, canvas: Canvas, spine: list[Array]) -> None:
         """An arm along three points: down, at the knee, at the hinge."""
         half = 0.0021 * self.view.scale
         foot, knee, top = spine
@@ -629,7 +627,7 @@ class Tongs:
         outline = np.array([foot, knee, top, top, knee, foot]) + np.array(sides)
         canvas.polygon(outline, ARM, ARM_EDGE)
 
-    def _finger(self, canvas: Canvas, joints: list[Points], radius: float) -> None:
+    def _finger(self, canvas: Canvas, joints: list[Array], radius: float) -> None:
         """A finger through three joints."""
         root, bend, tip = joints
         canvas.capsule((root, bend), (1.15 * radius, radius), SKIN, SKIN_EDGE)
@@ -669,6 +667,12 @@ def light(paint: Colour, share: float = 0.35) -> Colour:
     return mix_colours(paint, WHITE, share)
 
 
+def upright(view: View, x: tuple[float, float], y: float, z: tuple[float, float]) -> Array:
+    """Pixels of the corners of a rectangle that faces the viewer, shape (4, 2)."""
+    (left, right), (low, high) = x, z
+    return view.path([(left, y, low), (right, y, low), (right, y, high), (left, y, high)])
+
+
 def box(
     canvas: Canvas,
     view: View,
@@ -682,25 +686,29 @@ def box(
     edge = dark(paint)
     side = [(left, front, low), (left, front, high), (left, rear, high), (left, rear, low)]
     top = [(left, front, high), (right, front, high), (right, rear, high), (left, rear, high)]
-    face = [(left, front, low), (right, front, low), (right, front, high), (left, front, high)]
     canvas.polygon(view.path(side), dark(paint, 0.25), edge)
     canvas.polygon(view.path(top), light(paint), edge)
-    canvas.polygon(view.path(face), paint, edge)
+    canvas.polygon(upright(view, x, front, z), paint, edge)
 
 
-def stud(canvas: Canvas, view: View, foot: Points, height: float, paint: Colour) -> None:
-    """A LEGO stud that stands on a pixel."""
-    radius = 0.0024 * view.scale
-    flat = 0.5 * radius
-    head = foot - (0.0, height * view.scale)
-    edge = dark(paint)
-    sides = np.array([(-radius, 0.0), (-radius, 0.0), (radius, 0.0), (radius, 0.0)])
-    wall = np.array([foot, head, head, foot]) + sides
-    canvas.disc(foot, (radius, flat), paint, edge)
+def cylinder(
+    canvas: Canvas, foot: Array, head: Array, radii: tuple[float, float], paint: Colour
+) -> None:
+    """An upright cylinder without its top, from pixel to pixel."""
+    side, edge = np.array([radii[0], 0.0]), dark(paint)
+    wall = np.array([foot - side, head - side, head + side, foot + side])
+    canvas.disc(foot, radii, paint, edge)
     canvas.polygon(wall, paint)
     canvas.line(wall[:2], edge)
     canvas.line(wall[2:], edge)
-    canvas.disc(head, (radius, flat), light(paint), edge)
+
+
+def stud(canvas: Canvas, view: View, foot: Array, height: float, paint: Colour) -> None:
+    """A LEGO stud that stands on a pixel."""
+    radius = 0.0024 * view.scale
+    head = foot - (0.0, height * view.scale)
+    cylinder(canvas, foot, head, (radius, 0.5 * radius), paint)
+    canvas.disc(head, (radius, 0.5 * radius), light(paint), dark(paint))
 
 
 def _brick(scene: Scene, sizes: Proportions, view: View, pose: Pose, canvas: Canvas) -> None:
@@ -721,7 +729,7 @@ def _cartridge(scene: Scene, sizes: Proportions, view: View, pose: Pose, canvas:
     half, height = scene.body.half_width, sizes.height
     x, y, z, _ = pose.body
 
-    def face(points: list[tuple[float, float]]) -> Points:
+    def face(points: list[tuple[float, float]]) -> Array:
         """Pixels of places on the front face: shares of half width and height."""
         return view.path([(x + across * half, y, z + up * height) for across, up in points])
 
@@ -739,7 +747,7 @@ def _cartridge(scene: Scene, sizes: Proportions, view: View, pose: Pose, canvas:
 
 
 @lru_cache(maxsize=8)
-def _outline(half: float, profile: Profile, low: float) -> tuple[Points, Points]:
+def _outline(half: float, profile: Profile, low: float) -> tuple[Array, Array]:
     """A stylus from below the first grip to its tip: heights (n,) and half widths (2, n), m."""
     heights = np.linspace(low, profile.end + profile.taper, 180)
     numbers = {name: np.array([number]) for name, number in vars(profile).items()}
@@ -782,12 +790,8 @@ def _marker(scene: Scene, sizes: Proportions, view: View, pose: Pose, canvas: Ca
     rim, flat = 1.3 * half, 0.3 * half
 
     def band(radius: float, low: float, high: float, paint: Colour) -> None:
-        """A stretch of a cylinder without its top."""
-        wall = np.array([(-radius, -low), (-radius, -high), (radius, -high), (radius, -low)])
-        canvas.disc(middle - (0.0, s * low), (s * radius, s * flat), paint, dark(paint))
-        canvas.polygon(middle + s * wall, paint)
-        canvas.line(middle + s * wall[:2], dark(paint))
-        canvas.line(middle + s * wall[2:], dark(paint))
+        foot, head = middle - (0.0, s * low), middle - (0.0, s * high)
+        cylinder(canvas, foot, head, (s * radius, s * flat), paint)
 
     band(0.86 * half, -sizes.foot + 0.006, -rim, BARREL)
     band(0.86 * half, -sizes.foot + 0.022, -rim - 0.0075, INK)
@@ -820,7 +824,7 @@ def _block(scene: Scene, sizes: Proportions, view: View, pose: Pose, canvas: Can
     )
     s, foot = view.scale, view.at(x, y, z)
 
-    def reach(heights: Points, side: int) -> Points:
+    def reach(heights: Array, side: int) -> Array:
         """Half width at heights above the lower face, on the left (0) or the right (1)."""
         away = np.abs(heights - grip) - 0.8 * sizes.dome
         press = np.exp(-((np.clip(away, 0.0, None) / (0.9 * sizes.dome)) ** 2))
@@ -829,7 +833,7 @@ def _block(scene: Scene, sizes: Proportions, view: View, pose: Pose, canvas: Can
     heights = np.linspace(0.0, height, 25)
     left = foot + s * np.column_stack([-reach(heights, 0), -heights])
     right = foot + s * np.column_stack([reach(heights, 1), -heights])
-    shift = view.at(0.0, -2.0 * sizes.back, 0.0) - view.at(0.0, 0.0, 0.0)
+    shift = view.way(0.0, -2.0 * sizes.back, 0.0)
     canvas.polygon(np.concatenate([left, left[::-1] + shift]), dark(FOAM, 0.22))
     top = np.array([left[-1], right[-1], right[-1] + shift, left[-1] + shift])
     canvas.polygon(top, light(FOAM), dark(FOAM))
@@ -881,9 +885,9 @@ def background(scene: Scene, sizes: Proportions, view: View, size: tuple[int, in
     if scene.socket is not None:
         _stand(scene, sizes, large, canvas)
         if scene.body.shape == "brick":
-            _base_plate(scene, large, canvas, sizes)
+            _base_plate(scene, sizes, large, canvas)
         else:
-            _console(scene, large, canvas, sizes)
+            _console(scene, sizes, large, canvas)
     elif scene.holder is not None:
         _vice(scene, sizes, large, canvas)
     return cv2.resize(image, size, interpolation=cv2.INTER_AREA).astype(np.uint8, copy=False)
@@ -921,7 +925,7 @@ def _stand(scene: Scene, sizes: Proportions, view: View, canvas: Canvas) -> None
     box(canvas, view, (-wide, wide), (-2 * sizes.back - 0.003, 0.002), (-sizes.foot, 0.0), WOOD)
 
 
-def _base_plate(scene: Scene, view: View, canvas: Canvas, sizes: Proportions) -> None:
+def _base_plate(scene: Scene, sizes: Proportions, view: View, canvas: Canvas) -> None:
     """A plate with rows of studs; the brick goes onto those at its front edge."""
     socket = scene.socket
     assert socket is not None
@@ -936,7 +940,7 @@ def _base_plate(scene: Scene, view: View, canvas: Canvas, sizes: Proportions) ->
             stud(canvas, view, view.at(x, front - row * pitch, low), -low, PLATE)
 
 
-def _console(scene: Scene, view: View, canvas: Canvas, sizes: Proportions) -> None:
+def _console(scene: Scene, sizes: Proportions, view: View, canvas: Canvas) -> None:
     """A console whose front is cut away, so that the slot and its contacts are seen."""
     socket = scene.socket
     assert socket is not None
@@ -946,18 +950,16 @@ def _console(scene: Scene, view: View, canvas: Canvas, sizes: Proportions) -> No
     rear = front - 2.0 * sizes.back - 0.008
     box(canvas, view, (-edge, edge), (rear, front), (-sizes.foot, 0.0), CONSOLE)
     rim = wide + 0.004
-    section = [(-rim, front, -sizes.foot), (rim, front, -sizes.foot), (rim, front, 0.0),
-               (-rim, front, 0.0)]  # fmt: skip
-    canvas.polygon(view.path(section), CUT, dark(CONSOLE))
+    section = upright(view, (-rim, rim), front, (-sizes.foot, 0.0))
+    canvas.polygon(section, CUT, dark(CONSOLE))
     for x in np.arange(-rim, rim, 0.0025).tolist():
         hatch = [(x, front, -sizes.foot), (min(x + sizes.foot, rim), front,
                  min(0.0, rim - x - sizes.foot))]  # fmt: skip
         canvas.line(view.path(hatch), dark(CUT, 0.3))
     opening = [(-wide, front, 0.0), (wide, front, 0.0), (wide, front - 2 * sizes.back, 0.0),
                (-wide, front - 2 * sizes.back, 0.0)]  # fmt: skip
-    pit = [(-wide, front, low), (wide, front, low), (wide, front, 0.0), (-wide, front, 0.0)]
     canvas.polygon(view.path(opening), PIT)
-    canvas.polygon(view.path(pit), PIT)
+    canvas.polygon(upright(view, (-wide, wide), front, (low, 0.0)), PIT)
     for x in np.linspace(-0.6, 0.6, 6).tolist():
         at = x * scene.body.half_width
         canvas.line(view.path([(at, front, low), (at, front, 0.45 * low)]), PIN, 2)
@@ -978,8 +980,6 @@ def _vice(scene: Scene, sizes: Proportions, view: View, canvas: Canvas) -> None:
         ends = view.path(part)
         canvas.capsule((ends[0], ends[1]), (thick * view.scale,) * 2, IRON, dark(IRON))
 
-
-Array = NDArray[np.float64]
 
 #: Nominal frames a second, as the file states them.
 RATE = 30.0
@@ -1128,18 +1128,18 @@ def render(performance: Performance, path: Path, camera: Camera) -> tuple[Array,
     """
     force, late = camera.shots(float(performance.motion.times[-1]))
     stage = Stage(performance)
-    with _silence():
-        writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), RATE, SIZE)
-        try:
-            if not writer.isOpened():
-                raise InputError(
-                    f"'{path}' cannot be written: OpenCV finds no MPEG-4 encoder (mp4v) or no room "
-                    f"here; install opencv-contrib-python-headless or free some space."
-                )
-            for time in force.tolist():
-                writer.write(stage.frame(time))
-        finally:
-            writer.release()
+    opencv()  # silent from here on
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), RATE, SIZE)
+    try:
+        if not writer.isOpened():
+            raise InputError(
+                f"'{path}' cannot be written: OpenCV finds no MPEG-4 encoder (mp4v) or no room "
+                f"here; install opencv-contrib-python-headless or free some space."
+            )
+        for time in force.tolist():
+            writer.write(stage.frame(time))
+    finally:
+        writer.release()
     # The encoder goes on when the disk is full; its file then lacks its index.
     if not _has_index(path):
         raise InputError(
@@ -1163,15 +1163,3 @@ def _has_index(path: Path) -> bool:
                 return False
             place += size
     return has_index and place == end
-
-
-@contextlib.contextmanager
-def _silence() -> Iterator[None]:
-    """Keep OpenCV from telling the terminal what is raised as one sentence."""
-    log = cv2.utils.logging
-    level = log.getLogLevel()
-    log.setLogLevel(log.LOG_LEVEL_SILENT)
-    try:
-        yield
-    finally:
-        log.setLogLevel(level)

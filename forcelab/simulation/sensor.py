@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.signal import butter, lfilter, sosfilt, sosfilt_zi
 
-Array = NDArray[np.float64]
+from forcelab.simulation.scene import Array
 
 #: Names of the six channels, left sensor first; all in newtons.
 CHANNELS = ("fx1", "fy1", "fz1", "fx2", "fy2", "fz2")

@@ -16,11 +16,12 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
+import scipy.integrate
 from numpy.typing import NDArray
-from scipy.integrate import LSODA, RK45, DenseOutput
-from scipy.integrate import Radau as RadauIIA
+from scipy.integrate import DenseOutput
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
@@ -54,15 +55,12 @@ class EventLocator:
     """
 
     def __init__(self, system: Mechanics) -> None:
-        meanings = [meaning.split("|") for meaning in system.events]
-        self._meanings = [(falling, rising) for rising, falling in meanings]
-        self._requested_times = np.array(
-            [[bool(falling), bool(rising)] for falling, rising in self._meanings]
-        ).reshape(-1, 2)
+        self._meanings = system.events
+        self._named = np.array(system.events, dtype=str).reshape(-1, 2) != ""
 
     def kinds(self, passage: StepEvents) -> tuple[str, ...]:
         """What the events of a passage are called."""
-        return tuple(self._meanings[event][rising] for event, rising in passage.happened)
+        return tuple(self._meanings[event][not rising] for event, rising in passage.happened)
 
     def first(
         self,
@@ -91,9 +89,7 @@ class EventLocator:
                 raise FloatingPointError("an event function is not finite")
             trace = _sides(sides, values)
             crossed = trace[:, 1:] * trace[:, :-1] < 0
-            crossed &= self._requested_times[
-                np.arange(len(trace))[:, None], (trace[:, 1:] > 0).astype(int)
-            ]
+            crossed &= np.where(trace[:, 1:] > 0, self._named[:, :1], self._named[:, 1:])
             crossed &= decided[:, None]
             columns = np.flatnonzero(crossed.any(axis=0))
             if not len(columns):
@@ -152,38 +148,23 @@ def calm_lanes(traces: Array) -> NDArray[np.bool_]:
 RELATIVE = 1e-12
 
 
-@dataclass(frozen=True)
-class _Settings:
-    """Settings of a solver that chooses its steps."""
+#: RODAS4P2, all lanes at once; and scipy's, a lane after the other: RK45 of Dormand and Prince (J.
+#: Comp. Appl. Math. 6 (1980) 19-26); LSODA, Petzold's (SIAM J. Sci. Stat. Comput. 4 (1983)
+#: 136-148), which changes between Adams' and Gear's methods; and Radau IIA of order 5 (Hairer and
+#: Wanner, section IV.8), for the stiffest contacts.
+SolverName = Literal["Rosenbrock", "RK45", "LSODA", "Radau"]
 
+
+@dataclass(frozen=True)
+class Solver:
+    """A method that chooses its steps."""
+
+    method: SolverName
     #: Error allowed in one step, newtons: for each state, `tolerance` times the system's scale.
     tolerance: float = 1e-4
     #: Longest step, s. What the hand does for a shorter time cannot be overlooked.
     longest: float = 0.01
     max_steps: int = 1_000_000  # steps one lane may take, rejected ones included
-
-
-@dataclass(frozen=True)
-class Explicit(_Settings):
-    """scipy's RK45, lane by lane: Dormand and Prince's pair of orders 5 and 4."""
-
-
-@dataclass(frozen=True)
-class Rosenbrock(_Settings):
-    """A linearly implicit method of order 4, each lane with steps of its own: for stiff batches."""
-
-
-@dataclass(frozen=True)
-class Lsoda(_Settings):
-    """scipy's LSODA, lane by lane: Adams' and Gear's methods, changed over when it gets stiff."""
-
-
-@dataclass(frozen=True)
-class Radau(_Settings):
-    """scipy's Radau IIA of order 5, lane by lane: implicit, for the stiffest contacts."""
-
-
-Solver = Rosenbrock | Explicit | Lsoda | Radau
 
 
 @dataclass(frozen=True)
@@ -252,14 +233,9 @@ _WINDOW = 256
 
 
 def integrating_with_scipy(
-    system: Mechanics, solver: Explicit | Lsoda | Radau, builder: SolutionBuilder
+    system: Mechanics, solver: Solver, builder: SolutionBuilder
 ) -> Iterator[Progress]:
-    """Integrate with scipy, a lane after the other.
-
-    LSODA is Petzold's (SIAM J. Sci. Stat. Comput. 4 (1983) 136-148), Radau IIA of order 5 that of
-    Hairer and Wanner (*Solving Ordinary Differential Equations II*, section IV.8), RK45 that of
-    Dormand and Prince (J. Comp. Appl. Math. 6 (1980) 19-26).
-    """
+    """Integrate with scipy, a lane after the other."""
     for lane in range(system.lanes):
         integrator = _LaneIntegrator(system.lane(lane), lane, builder, solver)
         while not integrator.finished:
@@ -271,11 +247,7 @@ class _LaneIntegrator:
     """One lane on its way through time."""
 
     def __init__(
-        self,
-        system: Mechanics,
-        lane: int,
-        builder: SolutionBuilder,
-        solver: Explicit | Lsoda | Radau,
+        self, system: Mechanics, lane: int, builder: SolutionBuilder, solver: Solver
     ) -> None:
         self.system = system
         self.lane = lane
@@ -304,9 +276,8 @@ class _LaneIntegrator:
         """Start the method afresh, unless it is at the end."""
         if self.finished:
             return
-        method = {Explicit: RK45, Lsoda: LSODA, Radau: RadauIIA}[type(self.solver)]
         try:
-            self.method = method(
+            self.method = getattr(scipy.integrate, self.solver.method)(
                 self._rates,
                 time,
                 state,
@@ -388,7 +359,7 @@ class _LaneIntegrator:
         return unresolved(
             self.lane,
             time,
-            f"{type(self.solver).__name__} finds no step with a finite end",
+            f"{self.solver.method} finds no step with a finite end",
             "lower the tolerance or the stiffness",
         )
 
@@ -401,57 +372,32 @@ NODES = np.array([0, 0.75, 0.321448134013046, 0.519745732277726, 1, 1])
 SLOPES = np.array([0.25, -0.5, -0.189532918363016, 0.085612108792769, 0, 0])
 #: Which mixture of the stages before leads to each of them. The last but one leads to the solution
 #: of order 3, and the last stage is what that of order 4 has more.
-STAGES = [
-    np.array(row)
-    for row in (
-        [],
-        [3],
-        [0.906377755268814, -0.189707390391685],
-        [3.758617027739064, 1.161741776019525, -0.849258085312803],
-        [7.089566927282776, 4.573591406461604, -8.423496976860259, -0.959280113459775],
-        [7.089566927282776, 4.573591406461604, -8.423496976860259, -0.959280113459775, 1],
-    )
-]
+STAGES = [np.array(row) for row in (
+    [],
+    [3],
+    [0.906377755268814, -0.189707390391685],
+    [3.758617027739064, 1.161741776019525, -0.849258085312803],
+    [7.089566927282776, 4.573591406461604, -8.423496976860259, -0.959280113459775],
+    [7.089566927282776, 4.573591406461604, -8.423496976860259, -0.959280113459775, 1],
+)]  # fmt: skip
 #: Which mixture of the stages before, over the step's length, is added to the rates.
-COUPLING = [
-    np.array(row)
-    for row in (
-        [],
-        [-12],
-        [-6.354581592719008, 0.338972550544623],
-        [-8.575016317114033, -7.606483992117508, 12.22499765012482],
-        [-5.888975457523102, -8.157396617841821, 24.805546872612922, 12.790401512796979],
-        [
-            -4.408651676063871,
-            -6.692003137674639,
-            24.625568527593117,
-            16.627521966636085,
-            -5.714285714285718,
-        ],
-    )
-]
+COUPLING = [np.array(row) for row in (
+    [],
+    [-12],
+    [-6.354581592719008, 0.338972550544623],
+    [-8.575016317114033, -7.606483992117508, 12.22499765012482],
+    [-5.888975457523102, -8.157396617841821, 24.805546872612922, 12.790401512796979],
+    [-4.408651676063871, -6.692003137674639, 24.625568527593117, 16.627521966636085,
+     -5.714285714285718],
+)]  # fmt: skip
 #: At a share u of the step, the state has grown by u times the whole growth, plus u (1 - u) times
 #: (first row plus u times second row of this) @ stages, to order 3.
-_WITHIN = np.array(
-    [
-        [
-            -5.323528268423303,
-            -10.042123754867493,
-            17.175254928256965,
-            -5.079931171878093,
-            -0.016185991706112,
-            0,
-        ],
-        [
-            6.984505741529879,
-            6.914061169603662,
-            -0.849178943070653,
-            18.104410789349338,
-            -3.516963011559032,
-            0,
-        ],
-    ]
-)
+_WITHIN = np.array([
+    [-5.323528268423303, -10.042123754867493, 17.175254928256965, -5.079931171878093,
+     -0.016185991706112, 0],
+    [6.984505741529879, 6.914061169603662, -0.849178943070653, 18.104410789349338,
+     -3.516963011559032, 0],
+])  # fmt: skip
 _GROWTH = np.append(STAGES[-1], 1.0)
 #: The same, sorted by powers of u from the first on.
 DENSE = np.stack([_GROWTH + _WITHIN[0], _WITHIN[1] - _WITHIN[0], -_WITHIN[1]])
@@ -497,7 +443,7 @@ class RosenbrockBatch:
     #: Names of the arrays that go with the lanes, their last axis.
     LANEWISE = ("lanes", "time", "step", "memory", "eager", "state", "values", "sides", "heading")
 
-    def __init__(self, system: Mechanics, solver: Rosenbrock, builder: SolutionBuilder) -> None:
+    def __init__(self, system: Mechanics, solver: Solver, builder: SolutionBuilder) -> None:
         self.solver = solver
         self.builder = builder
         self.watch = EventLocator(system)
@@ -518,10 +464,6 @@ class RosenbrockBatch:
         self.sides = np.sign(self.values)
         #: Where each state went in the last step: a nudge that way meets no contact left behind.
         self.heading = np.ones(self.state.shape)
-        self.positions, self.velocities = system.positions, system.velocities
-        #: All rows but the positions', and which of these are the velocities.
-        self.inner = np.setdiff1d(np.arange(len(system.names)), system.positions)
-        self.carried = np.searchsorted(self.inner, system.velocities)
         self._arrange(system)
 
     def run(self) -> Iterator[Progress]:
@@ -638,7 +580,8 @@ class RosenbrockBatch:
         rates = rates.reshape(count, count + 2, lanes)
         self.first = rates[:, 0]
         self.drift = (rates[:, 1] - self.first) / (times[1] - times[0])
-        change = (rates[self.inner, 2:] - self.first[self.inner, None]) / nudges
+        dof = self.system.dof
+        change = (rates[dof:, 2:] - self.first[dof:, None]) / nudges
         self.slope = np.ascontiguousarray(change.transpose(2, 0, 1))
 
     def _invert(self, reach: Array) -> None:
@@ -647,19 +590,19 @@ class RosenbrockBatch:
         A position's rate is a velocity: ``u_q = reach (right_q + u_v)`` is put into the other
         equations, which are about half of all.
         """
-        count, share = len(self.inner), reach[:, None, None]
-        carry = self.slope[:, :, self.positions] * share
-        matrix = -self.slope[:, :, self.inner]
-        matrix[:, :, self.carried] -= carry
-        diagonal = np.arange(count)
-        matrix[:, diagonal, diagonal] += 1 / share[:, 0]
-        right = np.zeros((len(reach), count, len(self.state)))
-        right[:, diagonal, self.inner] = 1.0
-        right[:, :, self.positions] = carry
-        back = self.back
-        back[:, self.inner] = _inverse(matrix) @ right
-        back[:, self.positions] = back[:, self.velocities] * share
-        back[:, self.positions, self.positions] += share[:, 0]
+        dof, share, back = self.system.dof, reach[:, None, None], self.back
+        diagonal = np.arange(len(self.state))
+        positions, inner = diagonal[:dof], diagonal[: len(self.state) - dof]
+        carry = self.slope[:, :, :dof] * share
+        matrix = -self.slope[:, :, dof:]
+        matrix[:, :, :dof] -= carry
+        matrix[:, inner, inner] += 1 / share[:, 0]
+        right = np.zeros((len(reach), len(inner), len(self.state)))
+        right[:, inner, inner + dof] = 1.0
+        right[:, :, :dof] = carry
+        back[:, dof:] = _inverse(matrix) @ right
+        back[:, :dof] = back[:, dof : 2 * dof] * share
+        back[:, positions, positions] += share[:, 0]
 
     def _choose_steps(self, error: Array, good: NDArray[np.bool_]) -> None:
         """The length of each lane's next step; an error that is not a number shrinks it most.
@@ -819,7 +762,7 @@ def integrating(
 ) -> Generator[Progress, None, Solution]:
     """As :func:`integrate`, as a job whose progress counts the samples of all lanes."""
     builder = SolutionBuilder(start, times)
-    if isinstance(solver, Rosenbrock):
+    if solver.method == "Rosenbrock":
         yield from RosenbrockBatch(system, solver, builder).run()
     else:
         yield from integrating_with_scipy(system, solver, builder)

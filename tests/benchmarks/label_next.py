@@ -23,8 +23,9 @@ import numpy as np
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
-from forcelab.measure.recognition import measure_peak, measure_seconds, median_and_spread
+from forcelab.measure.recognition import median_and_spread
 from forcelab.measure.rows import Row, with_front
+from forcelab.measure.timing import measure_peak, measure_seconds
 from forcelab.recognition.cross_validation import held_out_prediction
 from forcelab.recognition.examples import Examples, LabelledDemonstration, actions_of
 from forcelab.recognition.metrics import pool

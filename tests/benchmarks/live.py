@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Demonstration
 from forcelab.jobs import Progress
 from forcelab.measure.cwt import made_up_demonstration
-from forcelab.measure.recognition import measure_peak
 from forcelab.measure.rows import Row, Table, with_front
+from forcelab.measure.timing import measure_peak
 from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.online import OnlineRecogniser
 from forcelab.recognition.presets import preset

@@ -33,7 +33,7 @@ from forcelab.recognition.presets import preset
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import on_grid
 from forcelab.simulation.coder_model import CODERS
-from forcelab.simulation.generate import Job, produce_demonstrations
+from forcelab.simulation.generate import Order, produce_demonstrations
 from forcelab.simulation.origin import Origin, origins
 from forcelab.simulation.scene import TASKS, Task
 
@@ -505,7 +505,7 @@ def simulated_beside(
     `jobs`: processes that share the work. Gives by the first of the simulated coders.
     """
     coder = CODERS[0].name
-    orders = [Job(origin, coders=(coder,), video=False) for origin in recorded_origins]
+    orders = [Order(origin, coders=(coder,), video=False) for origin in recorded_origins]
     with tempfile.TemporaryDirectory() as scratch:
         recordings = yield from produce_demonstrations(orders, Path(scratch), jobs)
     return [

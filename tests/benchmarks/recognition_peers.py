@@ -42,14 +42,13 @@ from forcelab.measure.cwt import Library
 from forcelab.measure.recognition import (
     Prepared,
     VariantResult,
-    measure_peak,
-    measure_seconds,
     recognise,
     reference_text,
     require_labelled,
     row_of,
 )
 from forcelab.measure.rows import Row
+from forcelab.measure.timing import measure_peak, measure_seconds
 from forcelab.recognition.examples import (
     Examples,
     LabelledDemonstration,

@@ -21,13 +21,9 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.labels import Segments
-from forcelab.measure.recognition import (
-    measure_peak,
-    measure_seconds,
-    median_and_spread,
-    require_labelled,
-)
+from forcelab.measure.recognition import median_and_spread, require_labelled
 from forcelab.measure.rows import Row
+from forcelab.measure.timing import measure_peak, measure_seconds
 from forcelab.recognition.cross_validation import held_out_prediction
 from forcelab.recognition.examples import Examples, LabelledDemonstration, actions_of
 from forcelab.recognition.metrics import Counts, pool

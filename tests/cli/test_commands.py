@@ -24,9 +24,9 @@ from forcelab.gui.qt_check import QtPlatform
 from forcelab.jobs import Progress
 from forcelab.project import Project
 from forcelab.project.runs import RunStore
+from forcelab.recognition.classifiers import REGISTRY
 from forcelab.recognition.ensemble import FitProgress
 from forcelab.recognition.presets import PRESETS
-from forcelab.recognition.settings import CLASSIFIERS
 from forcelab.resources import asset
 from forcelab.signals.wavelets import WAVELETS
 from forcelab.version import full_version
@@ -93,7 +93,7 @@ def test_a_usage_names_what_must_be_given(forcelab):
 def test_the_manual_names_every_choice_there_is(capsys):
     main(["evaluate", "--help"])
     manual = " ".join(capsys.readouterr().out.split())
-    for name in (*CLASSIFIERS, *WAVELETS, *PRESETS):
+    for name in (*REGISTRY, *WAVELETS, *PRESETS):
         assert name in manual
 
 

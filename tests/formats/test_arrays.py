@@ -51,6 +51,23 @@ class TestWhatIsRead:
         assert channel_names(recording) == ["fx", "fz", "angle"]
         assert recording.demonstration.rate == pytest.approx(500)
 
+    def test_six_columns_of_forces_are_one_sensor_unless_a_list_names_them(self, tmp_path):
+        both = np.hstack([FORCES, FORCES])
+        recording = read_single(write_npz(tmp_path / "a.npz", t=TIMES, forces=both))
+        assert channel_names(recording) == ["fx", "fy", "fz", "tx", "ty", "tz"]
+        assert recording.remarks == (
+            "Read from t (times), forces.",
+            "The six columns of 'forces' were read as the force and the torque of one sensor, fx "
+            "to tz; if they are something else, keep a list of their names beside them in the "
+            "file.",
+        )
+        axes = ["fx1", "fy1", "fz1", "fx2", "fy2", "fz2"]
+        listed = read_single(write_npz(tmp_path / "b.npz", t=TIMES, forces=both, axes=axes))
+        assert channel_names(listed) == axes
+        assert listed.remarks == ("Read from t (times), forces.",)
+        wrench = read_single(write_npz(tmp_path / "c.npz", t=TIMES, wrench=both))
+        assert wrench.remarks == ("Read from t (times), wrench.",)
+
     @pytest.mark.parametrize("kind", ["<f2", ">f4", "<f8", "<i2", ">i4", "u1", "?"])
     def test_numbers_of_any_type_are_kept(self, tmp_path, kind):
         force = (FORCES * 50 + 100).astype(kind)
@@ -93,7 +110,7 @@ class TestWhatIsRead:
         path = write_npz(tmp_path / "a.npz", labels=np.array(["grab", "hold"]), **arrays)
         recording = read_single(path)
         assert labels(recording) == GRAB_AND_HOLD
-        assert "Column host_time was left out: it has times, too." in recording.remarks
+        assert "Column host_time was left out: times were read from 'time'." in recording.remarks
 
     def test_an_array_alone_is_a_table_without_a_header(self, tmp_path):
         np.save(tmp_path / "a.npy", np.column_stack([TIMES, FORCES]))
@@ -136,9 +153,9 @@ class TestWhatIsChosen:
     def test_what_is_not_plain_is_asked_for_with_what_there_is(self, path):
         assert refusal(path) == (
             f"'{path}' holds no array that is called a force, and it is not plain which are the "
-            f"signals among image (9 × 4 × 4 × 3), obs/pos (200 × 3), obs/vel (100 × 3), "
-            f"aux/when (200), kind (200); name what is to be read as a signal, an array or a "
-            f"group of them (--signal), and the times (--time) or their rate (--rate)."
+            f"signals among obs/pos (200 × 3), obs/vel (100 × 3), aux/when (200), kind (200); "
+            f"name what is to be read as a signal, an array or a group of them (--signal), and "
+            f"the times (--time) or their rate (--rate)."
         )
 
     def test_options_name_arrays_groups_and_columns(self, path):

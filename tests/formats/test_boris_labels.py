@@ -130,9 +130,10 @@ def test_an_observer_is_the_author_and_several_subjects_stay_apart(path):
     assert [track.author for track in labels.tracks] == ["Zoe"]
 
 
-def test_without_observer_and_subject_the_author_is_the_options(path):
+@pytest.mark.parametrize("file", [{}, []])
+def test_without_observer_and_subject_the_author_is_the_options(path, file):
     events = [[100.5, "", "grab", "", ""], [101.5, "", "grab", "", ""]]
-    write(path, project(events=events, type="LIVE", file={}))
+    write(path, project(events=events, type="LIVE", file=file))
     (labels,) = read_label_file(path, LabelOptions(author="Kim"))
     assert labels == LabelSet(
         "pull 7", (Track("Kim", (Segment(0.5, 1.5, "grab"),)),), resolution=RESOLUTION

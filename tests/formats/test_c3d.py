@@ -106,7 +106,7 @@ def by_hand(values, processor, scale, real, first=1, unsigned=False):
     header = bytearray(words.tobytes())
     header[:2] = b"\x02\x50"
     header[12:16] = floats([-1.0 if real else 1.0])
-    header[40:44] = floats([50.0])
+    header[20:24] = floats([50.0])
     kind = "u2" if unsigned else "i2"
     data = floats(values) if real else np.asarray(values, order + kind).tobytes()
     return bytes(header) + block.ljust(512, b"\0") + data
@@ -125,6 +125,37 @@ def test_numbers_of_any_processor_are_scaled(tmp_path, processor, real, unsigned
     if processor == 84 and not unsigned:
         peer = ezc3d.c3d(str(path))["data"]["analogs"][0, 0]
         np.testing.assert_array_equal(demonstration.signals[:, 0], peer)
+
+
+def test_an_offset_may_be_unsigned_beside_float_samples(tmp_path):
+    """As Vicon writes them, whose counts are around 32,768."""
+    content = by_hand([32_768, 32_868] * 5, 84, 0.5, True, unsigned=True)
+    offset = b"OFFSET" + struct.pack("<HbBB", 8, 2, 1, 1)
+    assert offset + b"\x64\0" in content
+    path = tmp_path / "a.c3d"
+    path.write_bytes(content.replace(offset + b"\x64\0", offset + b"\0\x80"))
+    signals = read_single(path).demonstration.signals[:, 0]
+    np.testing.assert_array_equal(signals, [0, 100] * 5)
+    np.testing.assert_array_equal(signals, ezc3d.c3d(str(path))["data"]["analogs"][0, 0])
+
+
+def test_the_rate_is_that_of_the_header_where_parameters_have_none(tmp_path):
+    content = by_hand(np.arange(10), 84, 0.5, True)
+    path = tmp_path / "a.c3d"
+    path.write_bytes(content.replace(b"RATE", b"RITE"))
+    times = read_single(path).demonstration.times
+    np.testing.assert_allclose(times, np.arange(10) / 100, atol=1e-9)
+
+
+def test_a_header_that_counts_channels_is_read_as_what_is_in_a_frame(tmp_path):
+    """As The MotionMonitor writes it; by the format it counts the samples of a frame."""
+    path = write_c3d(tmp_path / "a.c3d", forces(300))
+    whole = read_single(path).demonstration.signals
+    content = bytearray(path.read_bytes())
+    assert struct.unpack_from("<H", content, 4) == (30,)
+    struct.pack_into("<H", content, 4, 3)
+    path.write_bytes(content)
+    np.testing.assert_array_equal(read_single(path).demonstration.signals, whole)
 
 
 def test_a_part_that_was_cut_out_keeps_its_events(tmp_path):

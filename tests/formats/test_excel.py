@@ -13,12 +13,18 @@ pytest.importorskip("openpyxl")
 
 from forcelab.errors import InputError
 from forcelab.formats import excel, identify, preview, read
+from forcelab.formats.label_files import read_label_file
 from forcelab.formats.recording import ReadOptions
 from tests.formats.column_files import forces, whole_workbooks, write_workbook
 
 #: The library writes no more than 16 digits.
 ROWS = [[i / 100, *row] for i, row in enumerate(forces(80, 2).round(9).tolist())]
 TABLE = [["t", "fx", "fy"], *ROWS]
+LABELS = [["start", "end", "action"], [0, 0.5, "grab"]]
+EVENTS = [
+    ["Observation id", "Subject", "Behavior", "Behavior type", "Time", "FPS"],
+    *(["pull", "left", "grab", kind, i / 10, 25] for i in range(20) for kind in ("START", "STOP")),
+]
 
 
 def names(recordings):
@@ -63,9 +69,8 @@ def test_a_sheet_is_read_as_the_same_table_in_text(tmp_path, seed):
 
 
 def test_each_sheet_with_a_table_is_a_demonstration(tmp_path):
-    labels = [["start", "end", "action"], [0, 0.5, "grab"]]
     settings = [["mass", 3.2], ["length", 4.0], ["rate", 5.0]]
-    sheets = {"one": TABLE, "Settings": settings, "labels": labels, "empty": [], "two": TABLE[:50]}
+    sheets = {"one": TABLE, "Settings": settings, "labels": LABELS, "empty": [], "two": TABLE[:50]}
     recordings = read(write_workbook(tmp_path / "a.xlsx", sheets))
     assert names(recordings) == ["a one", "a two"]
     assert [r.demonstration.times.size for r in recordings] == [80, 49]
@@ -73,6 +78,18 @@ def test_each_sheet_with_a_table_is_a_demonstration(tmp_path):
         "Sheet 'labels' holds labels (start, end, action) and was left out.",
         "Sheet 'Settings' lacks the columns of a recording and was left out.",
     )
+
+
+@pytest.mark.parametrize(
+    ("rows", "kind"), [(EVENTS, "events of BORIS"), (LABELS, r"labels \(start, end, action\)")]
+)
+def test_labels_are_no_recording_and_the_cure_is_told(tmp_path, rows, kind):
+    path = write_workbook(tmp_path / "a.xlsx", {"pull": rows})
+    for call in (read, lambda path: preview(path, ReadOptions())):
+        with pytest.raises(InputError, match=f"'pull' of .* holds {kind}, .*; save it as CSV"):
+            call(path)
+    with pytest.raises(InputError, match="no file of labels, but looks like an Excel workbook, wh"):
+        read_label_file(path)
 
 
 def test_the_dialog_is_told_of_the_first_sheet_that_is_read(tmp_path):

@@ -1,5 +1,6 @@
 """HDF5 files written by h5py: what is read of them, and what a damaged one can do."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -157,7 +158,7 @@ def test_a_file_of_robomimic_is_a_demonstration_a_group(path):
             group["actions"], group["rewards"] = np.zeros((SAMPLES, 7)), np.zeros(SAMPLES)
         file["data"].attrs["env_args"] = '{"env_name": "Lift"}'
         file["mask/train"] = np.array([b"demo_0", b"demo_1"])
-    assert "agentview_image (200 × 4 × 4 × 3), obs/robot0_eef_pos (200 × 3)" in refusal(path)
+    assert "signals among actions (200 × 7), obs/robot0_eef_pos (200 × 3)" in refusal(path)
     recordings = read(path, ReadOptions(signals=("obs/robot0_eef_pos",), rate=20.0))
     found = [recording.demonstration for recording in recordings]
     assert [d.name for d in found] == [f"pull demo_{i}" for i in (0, 1, 2, 10)]
@@ -170,6 +171,40 @@ def test_a_file_of_robomimic_is_a_demonstration_a_group(path):
     listed = {"actions", "obs/agentview_image", "obs/robot0_eef_pos", "rewards", "mask/train"}
     assert set(uses) == listed
     assert uses["obs/agentview_image"].choices == ("left out",)
+
+
+def test_a_file_of_robomimic_has_the_rate_of_its_environment(path):
+    with h5py.File(path, "w") as file:
+        file["data/demo_0/obs/robot0_ee_force"] = FORCES
+        file["data"].attrs["env_args"] = json.dumps({"env_kwargs": {"control_freq": 20}})
+    recording = read_single(path)
+    assert recording.demonstration.rate == pytest.approx(20)
+    assert "The file says that there are 20 samples a second." in recording.remarks
+    assert read_single(path, rate=50.0).demonstration.rate == pytest.approx(50)
+    with h5py.File(path, "a") as file:
+        file["data/demo_0/t"] = TIMES
+    assert np.array_equal(read_single(path).demonstration.times, TIMES)
+
+
+@pytest.mark.parametrize(
+    "text", ["{", "[]", "{}", '{"env_kwargs": {"control_freq": [20]}}', "[" * 10_000]
+)
+def test_an_environment_that_tells_no_rate_leaves_it_to_be_asked_for(path, text):
+    with h5py.File(path, "w") as file:
+        file["data/demo_0/obs/robot0_ee_force"] = FORCES
+        file["data"].attrs["env_args"] = text
+    assert "no column of times" in refusal(path, UnclearRateError)
+
+
+def test_what_robomimic_keeps_a_step_later_is_no_second_sensor(path):
+    with h5py.File(path, "w") as file:
+        for name in ("obs", "next_obs"):
+            file[f"data/demo_0/{name}/robot0_ee_force"] = FORCES
+        file["data/demo_1/next_obs/robot0_ee_force"] = FORCES
+    first, second = read(path, ReadOptions(rate=20.0))
+    assert channel_names(first) == channel_names(second) == ["fx", "fy", "fz"]
+    assert "Read from obs/robot0_ee_force." in first.remarks
+    assert "Read from next_obs/robot0_ee_force." in second.remarks
 
 
 def test_a_file_of_aloha_needs_its_rate_and_what_to_read(path):
@@ -203,6 +238,21 @@ class TestForeignFiles:
         assert channel_names(recording) == ["fx"]
         assert "force, wrench: left out, its data lie in other files." in recording.remarks
         assert "link: left out, a link to another file." in recording.remarks
+
+    def test_what_a_filter_that_is_not_installed_compressed_is_left_out_and_named(self, path):
+        """As PyTables and pandas compress with blosc."""
+        with h5py.File(path, "w") as file:
+            file["t"], file["force"] = TIMES, FORCES
+            properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+            properties.set_chunk((4,))
+            properties.set_filter(32001, h5py.h5z.FLAG_OPTIONAL)
+            space = h5py.h5s.create_simple((4,))
+            data = h5py.h5d.create(file.id, b"wrench", h5py.h5t.IEEE_F64LE, space, properties)
+            data.write_direct_chunk((0,), b"packed")
+        recording = read_single(path)
+        assert np.array_equal(recording.demonstration.signals, FORCES)
+        assert "wrench: left out, compressed by " in recording.remarks[-1]
+        assert recording.remarks[-1].endswith(", which h5py has not; write it with gzip.")
 
     def test_circles_end(self, path):
         with h5py.File(path, "w") as file:

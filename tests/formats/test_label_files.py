@@ -75,7 +75,10 @@ def test_the_stem_of_a_label_file_is_that_of_its_recording(name, stem):
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("Dear all,\nno labels here\n", "looks like text without labels; what can be read: "),
+        (
+            "Dear all,\nno labels here\n",
+            "is no file of labels, but looks like text; what can be read: ",
+        ),
         ("start,end,action,author\n", "holds no label; there is nothing to import"),
         ("0.0\t2.0\tgrab\n1.0\t3.0\thold\n", "line 2: 'hold' starts at 1 s, before 'grab'"),
         (f"start,end,action\n0,1,{'a' * 1001}\n", "is no name for an action"),

@@ -102,6 +102,24 @@ def test_an_observation_of_another_name_belongs_to_the_demonstration_of_its_medi
     assert outcome(named)[0] == ("foam", "Ü 1: a")
 
 
+def test_an_observation_whose_states_do_not_pair_is_left_out_and_the_others_are_read(load, project):
+    header = "Observation id,Observer,Behavior,Behavior type,Time,Media file name\n"
+    rows = [
+        *("02,Kim,grab,START,1", "02,Kim,grab,STOP,2", "02,Kim,hold,STOP,3"),
+        *("02 - Zoe,Zoe,grab,START,1", "02 - Zoe,Zoe,grab,STOP,2"),
+        *("Ü 1: a,Kim,grab,START,1", "Ü 1: a,Kim,hold,START,1"),
+        *("Ü 1: a,Kim,hold,STOP,2", "Ü 1: a,Kim,grab,STOP,3"),
+    ]
+    report = load("events.csv", text=header + "".join(f"{row},NA\n" for row in rows))
+    told = [(track.name, track.author, track.segments, track.status) for track in report.tracks]
+    left, read = ("Kim", 0, "left out"), ("Zoe", 1, "new")
+    assert told == [("02", *left), ("02", *read), ("Ü 1: a", *left)]
+    never, overlap = (track.reason for track in report.tracks if track.reason)
+    assert "events.csv', line 4: 'hold' at 3 s never starts; pair the state events" in never
+    assert "events.csv', observation 'Ü 1: a': Segments of one author overlap" in overlap
+    assert len(stored(project, "02", "Zoe")) == 1
+
+
 def test_a_demonstration_can_be_chosen_and_a_missing_one_is_told(load, project):
     assert load("what.csv", Track("Ann", ANN)).trouble().popitem()[1] == (
         "No demonstration is called 'what'; rename the file, or choose one (--demo).",
@@ -315,7 +333,7 @@ def test_a_file_that_is_none_is_told_and_the_others_are_imported(project, tmp_pa
     out, err = capsys.readouterr()
     assert out == "new        02  Ann  3 segments\n1 track: 1 new, 0 replaced, 0 unchanged.\n"
     assert err.startswith("forcelab: left out: ")
-    assert "note.txt' looks like text without labels" in err
+    assert "note.txt' is no file of labels, but looks like text" in err
     assert stored(project, "02", "Ann") == ANN
 
 

@@ -17,6 +17,7 @@ from fuzz.text_mutations import mutated_bytes, mutated_json
 
 from forcelab.cli import main
 from forcelab.clock import ClockMap
+from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.formats.export import exporting
 from forcelab.formats.label_files import LabelOptions, LabelSet, read_label_file
@@ -51,6 +52,14 @@ def export(project, kind, out="out"):
     files = finish(exporting(project, project.parent / out, kind, predictions=predictions))
     by_end = {file.name.rpartition(".")[2]: file for file in files}
     return by_end["json"], by_end["xml"], files
+
+
+def test_demonstrations_without_a_common_channel_are_refused_with_what_to_do(project):
+    with Project.open(project) as opened:
+        other = Demonstration.from_frame({"t": [0.0, 0.1, 0.2], "angle": [1.0, 2.0, 3.0]}, "b")
+        opened.demonstrations.add(other)
+    with pytest.raises(InputError, match=r"no channel in common.*export those that have the same"):
+        export(project, "label-studio")
 
 
 def test_forces_are_a_time_series_with_annotations_and_predictions(project):
@@ -292,6 +301,10 @@ def timeline(**data):
         ([timeline()], "task 1, .*counts frames, and nothing tells how many .* 'framerate'"),
         ([timeline(fps=0)], "'fps' is 0 where a number of frames a second is expected"),
         ([server_task((1, [region("2026-11-27 10:00", "2026", "a")]))], "no number of seconds"),
+        (
+            [server_task((1, [region(1592250751951.8, 1592250752e3, "a")]))],
+            "951.8, a time since 1970",
+        ),
         ([server_task((1, [region(None, 2, "a")]))], "'start' is missing where a number"),
         ([server_task((1, [region(0, 2, "a"), region(1, 3, "b")]))], "1: Segments .* overlap"),
         ([server_task((1, [region(2, 1, "a")]))], "'annotations', 1: A segment must end after"),

@@ -5,6 +5,7 @@ import json
 import multiprocessing
 import os
 import random
+import re
 import shutil
 import signal
 import sys
@@ -128,6 +129,23 @@ def test_the_description_stands_for_the_folder(tmp_path):
     assert [r.demonstration.id for r in named] == [
         r.demonstration.id for r in read(tmp_path / "pen")
     ]
+
+
+@pytest.mark.parametrize("name", ["data/chunk-000/file-000.parquet", "meta/tasks.parquet"])
+def test_of_a_file_of_a_dataset_it_is_said_to_import_the_dataset(tmp_path, monkeypatch, name):
+    write_dataset(tmp_path / "pen")
+    folder, _, file = name.rpartition("/")
+    monkeypatch.chdir(tmp_path / "pen" / folder)
+    sentence = f"'{file}' belongs to the LeRobot dataset '{tmp_path / 'pen'}'; import that folder"
+    with pytest.raises(InputError, match=re.escape(sentence)):
+        read(file)
+
+
+def test_a_file_of_a_dataset_is_read_as_a_table_where_that_is_asked_for(tmp_path):
+    write_dataset(tmp_path / "pen", per_file=1)
+    file = tmp_path / "pen/data/chunk-000/file-000.parquet"
+    (recording,) = read(file, ReadOptions(format="parquet"))
+    assert recording.demonstration.times.size == 12
 
 
 def test_signals_are_chosen_by_feature_or_by_number(tmp_path):
@@ -441,7 +459,9 @@ def test_cameras_are_videos_of_the_frames_of_their_episode(tmp_path, version):
         (video,) = recording.demonstration.videos
         assert video.path != other.demonstration.videos[0].path  # as of another of its name
         assert video.name == "top"
-        assert "no pictures of 'observation.images.side'" in recording.remarks[-1]
+        *_, cut, missing = recording.remarks
+        assert cut == "The videos of observation.images.top were cut by episode, as they are."
+        assert "no pictures of 'observation.images.side'" in missing
         index = finish(indexing(video.path))
         times = video.clock.to_force(index.times)
         with VideoReader(video.path, index) as reader:
@@ -489,7 +509,9 @@ def test_pictures_beside_the_numbers_become_a_video(tmp_path):
     odd = pa.array([1] * len(table), pa.timestamp("ns"))
     write_table(table.set_column(table.num_columns - 1, "observation.image", odd), file)
     sentence = "There are no pictures of 'observation.image': they are not stored as bytes."
-    assert sentence in read(folder, ReadOptions(unpack=tmp_path))[0].remarks
+    remarks = read(folder, ReadOptions(unpack=tmp_path))[0].remarks
+    assert remarks[-1] == sentence
+    assert not any("became videos" in remark for remark in remarks)
 
 
 def changed_info(folder, **changes):
@@ -520,6 +542,14 @@ def test_a_description_that_cannot_be_is_one_sentence(tmp_path, changes, sentenc
     write_dataset(tmp_path / "pen")
     changed_info(tmp_path / "pen", **changes)
     with pytest.raises(InputError, match=sentence):
+        read(tmp_path / "pen")
+
+
+def test_a_description_that_is_no_json_is_named_with_its_line(tmp_path):
+    write_dataset(tmp_path / "pen")
+    info = tmp_path / "pen/meta/info.json"
+    info.write_text(info.read_text("utf-8").replace('"fps": 30,', '"fps": 30'), "utf-8")
+    with pytest.raises(InputError, match=r"info.json' is not whole JSON \(.*: line 9 column"):
         read(tmp_path / "pen")
 
 

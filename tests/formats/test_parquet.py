@@ -13,7 +13,7 @@ import pyarrow as pa
 
 from forcelab.cli import main
 from forcelab.errors import InputError
-from forcelab.formats import identify, parquet, preview
+from forcelab.formats import identify, parquet, preview, read
 from forcelab.formats.recording import ReadOptions
 from tests.formats.column_files import NOON, forces, whole_arrow, wobbling_stamps, write_arrow
 
@@ -44,6 +44,22 @@ def test_stamps_forces_and_labels_come_out_as_they_went_in(tmp_path, suffix):
     assert [(c.name, c.unit) for c in demonstration.channels] == [("fx", "N"), ("fy", "")]
     edges = (stamps[[100, 250]] - stamps[0]) / 1e9
     assert labels(recording) == [(round(edges[0], 6), round(edges[1], 6), "grab")]
+
+
+def test_recordings_below_each_other_are_told_apart(tmp_path):
+    columns = {"fx": forces(100)[:, 0], "trial": ["a"] * 40 + ["b"] * 60}
+    columns["time"] = np.r_[np.arange(40), np.arange(60)] / 100
+    recordings = read(write_arrow(tmp_path / "a.parquet", columns))
+    assert [r.demonstration.name for r in recordings] == ["a a", "a b"]
+    np.testing.assert_array_equal(recordings[1].demonstration.signals[:, 0], columns["fx"][40:])
+
+
+def test_columns_of_several_levels_have_the_names_of_all(tmp_path):
+    levels = ["('time', '')", "('left', 'fx')", "('left', 'fy [N]')", "(2, 'fz')", "(a, b)"]
+    columns = dict(zip(levels, [np.arange(50) / 100, *forces(50, 4).T], strict=True))
+    recording = read_single(write_arrow(tmp_path / "a.parquet", columns))
+    assert channel_names(recording) == ["left fx", "left fy", "2 fz", "(a, b)"]
+    assert recording.demonstration.channels[1].unit == "N"
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -167,7 +183,7 @@ def test_further_stamps_of_a_long_table_in_bursts_are_left_out(tmp_path):
     }
     recording = read_single(write_arrow(tmp_path / "a.parquet", columns))
     np.testing.assert_allclose(recording.demonstration.times, np.arange(rows) / 1000, atol=1e-9)
-    assert "Column host time was left out: it has times, too." in recording.remarks
+    assert "Column host time was left out: times were read from 'time'." in recording.remarks
 
 
 def test_a_vector_that_changes_its_length_is_refused_with_its_row(tmp_path):

@@ -86,7 +86,18 @@ def test_without_its_library_a_file_says_how_to_install_it(
 UNKNOWN = {
     "a PNG picture": b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR" + bytes(range(256)),
     "a JPEG picture": b"\xff\xd8\xff\xe0\x00\x10JFIF\x00" + bytes(range(256)),
+    "a pointer of Git LFS (git lfs pull fetches the file)": b"version https://git-lfs.github.com\n",
     "a PDF document": b"%PDF-1.7\n%\xe2\xe3\xcf\xd3\n1 0 obj\n",
+    "an old Excel or Word file, whose tables can be saved as .xlsx or CSV": (
+        b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600)
+    ),
+    "a Feather file of version 1 (pandas writes it again by to_feather or to_parquet)": (
+        b"FEA1" + bytes(80) + b"FEA1"
+    ),
+    "a TRC file, which holds markers only (forces are in a MOT, STO or C3D)": (
+        b"PathFileType\t4\t(X/Y/Z)\twalk.trc\nDataRate\tNumFrames\n60.00\t2\n"
+        b"Frame#\tTime\tASIS\n\t\tX1\tY1\tZ1\n\n1\t0\t1.5\t2.5\t3.5\n2\t0.1\t1.5\t2.5\t3.5\n"
+    ),
     "a web page": b"<!DOCTYPE html>\n<title>404</title>\n1,2,3\n4,5,6\n",
     "a WAV recording": b"RIFF\x24\x08\x00\x00WAVEfmt \x10\x00\x00\x00" + bytes(64),
     "a gzip file, which must be unpacked first": b"\x1f\x8b\x08\x00" + bytes(range(64)),

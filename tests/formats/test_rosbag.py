@@ -337,6 +337,34 @@ def test_a_bag_of_an_older_ros_2_does_not_define_its_messages(tmp_path):
     assert "/odd (my_lab/msg/Odd, which the bag does not define)" in joined_remarks(recording)
 
 
+def test_events_of_a_service_beside_forces_do_not_hide_them(tmp_path):
+    """ROS 2 puts the service's definition into the bag, which the library cannot parse."""
+    topics = {"/ft": (WRENCH, wrenches()), "/odd": ("my_lab/msg/Odd", [(0.1, {"x_long": 1})])}
+    path = write_bag(tmp_path / "a", topics, {"my_lab/msg/Odd": "int32 x_long\n"}, ros=2)
+    (data,) = path.glob("*.mcap")
+    content = data.read_bytes()
+    assert b"int32 x_long" in content
+    data.write_bytes(content.replace(b"int32 x_long", b"int32 x\n---\n"))
+    recording = read_single(data)
+    assert names(recording) == AXES
+    assert "/odd (my_lab/msg/Odd, which the bag does not define)" in joined_remarks(recording)
+
+
+def test_messages_that_the_metadata_hides_are_told(tmp_path):
+    path = write_bag(tmp_path / "a", {"/ft": (WRENCH, wrenches())}, ros=2)
+    metadata = path / "metadata.yaml"
+    text = metadata.read_text()
+    assert text.count("offered_qos_profiles: []") == 1
+    profile = "{history: 1, depth: 1, reliability: 1, durability: 2, deadline: {sec: 0, nsec: 0}, "
+    profile += "lifespan: {sec: 0, nsec: 0}, liveliness: 1, liveliness_lease_duration: {sec: 0, "
+    profile += "nsec: 0}, avoid_ros_namespace_conventions: false}"
+    metadata.write_text(text.replace("profiles: []", f"profiles: [{profile}]"))
+    with pytest.raises(InputError, match=r"/ft \(its 50 messages not found by the metadata: write"):
+        read_single(path)
+    (data,) = path.glob("*.mcap")
+    assert names(read_single(data)) == AXES
+
+
 def test_an_array_that_changes_its_length_is_refused(tmp_path):
     messages = [(i / 100, {"data": [0.0] * (4 if i == 7 else 3)}) for i in range(20)]
     path = write_bag(tmp_path / "a.bag", {"/force": ("std_msgs/msg/Float64MultiArray", messages)})

@@ -62,7 +62,7 @@ def test_times_channels_and_labels_come_back(tmp_path, monkeypatch):
     # The track of a model that a run predicts anew is the run's.
     assert read.tracks == (ANN, ODD, Track(MODEL, prediction().segments))
     assert read.remarks == (
-        f"Column probability of {MODEL} was left out: a prediction's probability.",
+        f"Column probability of {MODEL} was left out: a model's probabilities.",
     )
 
 

@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from forcelab.errors import InputError
-from forcelab.formats import identify, preview
+from forcelab.formats import identify, preview, read
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.formats.table import sniff
 from forcelab.formats.table_columns import counter_ticks, is_counter_name
@@ -135,7 +135,7 @@ class TestDialects:
         pandas = ",time,fx\n0,0.0,5\n1,0.1,6\n2,0.2,7\n"
         recording = read_single(table(pandas))
         assert channels(recording) == [("fx", "")]
-        assert "Column 1 was left out: it only counts the rows." in recording.remarks
+        assert "Column 1 was left out: row numbers." in recording.remarks
         r = '"time" "fx"\n"1" 0.0 5\n"2" 0.1 6\n"3" 0.2 7\n'
         assert read_single(table(r)).demonstration == recording.demonstration
 
@@ -361,10 +361,19 @@ class TestTime:
             table("time,fx\n" + rows)
         )
 
+    def test_stamps_as_rosbag_to_csv_writes_them(self, table):
+        rows = "".join(f"2023/03/06/16:37:59.{i}00000,{i}\n" for i in range(8))
+        assert read_single(table("time,.wrench.force.x\n" + rows)).demonstration.times.tolist() == (
+            pytest.approx([i / 10 for i in range(8)])
+        )
+
     def test_a_second_column_of_stamps_is_no_channel(self, table):
         recording = read_single(table("time,timestamp,fx\n0,1700000000000,1\n.1,1700000000100,2\n"))
         assert channels(recording) == [("fx", "")]
-        assert recording.remarks == ("Column timestamp was left out: it has times, too.",)
+        assert recording.remarks == ("Column timestamp was left out: times were read from 'time'.",)
+        columns = table("t,time 2,time 3,fx\n" + "".join(f".{i},{i},5,0.5\n" for i in range(4)))
+        (remark,) = read_single(columns).remarks
+        assert remark == "Columns time 2, time 3 were left out: times were read from 't'."
 
     @pytest.mark.parametrize("mark", [",", "\t"])
     def test_stamps_may_say_am_and_pm(self, table, mark):
@@ -565,6 +574,134 @@ class TestRealRecordings:
         assert recording.remarks == ()
 
 
+@pytest.mark.parametrize(
+    ("header", "expected"),
+    [
+        ("t,fx,Aktion", "labels"),
+        ("t,fx,fz [N]", "left out"),
+        ("t,fx,", "left out"),
+        ("t,fx,note,Aktion", "left out"),
+        ("t,fx,label,Aktion", "left out"),
+    ],
+)
+def test_the_only_column_that_begins_empty_is_proposed_as_labels(table, header, expected):
+    width = header.count(",") - 1
+    rows = [f"{i / 500},{i % 7}{',' * width}" for i in range(1000)]
+    rows += [f"{2 + i / 500},1{',' * width}grab" for i in range(100)]
+    path = table("\n".join([header, *rows]))
+    assert preview(path, ReadOptions())[-1].use == expected
+    if expected == "labels":
+        assert [segment.action for segment in read_single(path).tracks[0].segments] == ["grab"]
+
+
+def in_one_table(*parts, header="who,trial,t,fx,note"):
+    """Recordings below each other: of each what tells it from the others, and its rows."""
+    rows = [
+        f"{told},{i / 100 + start},{i % 7 + place},{'grab' if i > 30 else ''}"
+        for place, (told, start, count) in enumerate(parts)
+        for i in range(count)
+    ]
+    return "\n".join([header, *rows])
+
+
+class TestRecordingsInOneTable:
+    def test_columns_with_which_times_begin_again_tell_recordings_apart(self, table):
+        text = in_one_table(("Ann,1", 0, 50), ("Ann,2", 0, 60), ("Ben,1", 0.02, 55))
+        recordings = read(table(text), ReadOptions(task="pull"))
+        found = [recording.demonstration for recording in recordings]
+        expected = ["Ann trial 1", "Ann trial 2", "Ben trial 1"]
+        assert [d.name for d in found] == [f"reach 07 {name}" for name in expected]
+        assert [d.times.size for d in found] == [50, 60, 55]
+        for place, recording in enumerate(recordings):
+            assert channels(recording) == [("fx", "")]
+            times, signals = recording.demonstration.times, recording.demonstration.signals
+            np.testing.assert_allclose(times, np.arange(times.size) / 100, atol=1e-12)
+            np.testing.assert_array_equal(signals[:, 0], np.arange(times.size) % 7 + place)
+            assert [segment.start for segment in recording.tracks[0].segments] == [0.31]
+            assert (
+                "Times begin again with 'who', 'trial', so that the file holds 3 recordings."
+                in (recording.remarks)
+            )
+            assert not any("left out" in remark for remark in recording.remarks)
+
+    def test_values_that_come_again_are_numbered(self, table):
+        text = in_one_table(("a", 0, 50), ("b", 0, 50), ("a", 0, 50), header="trial,t,fx,note")
+        names = [r.demonstration.name for r in read(table(text), ReadOptions())]
+        assert names == ["reach 07 a", "reach 07 b", "reach 07 a 2"]
+
+    @pytest.mark.parametrize(
+        "parts",
+        [
+            [("Ann,1", 0, 50), ("Ann,1", 0, 60)],  # nothing tells them apart
+            [("Ann,1", 0, 50), ("Ann,2", 0, 25), ("Ann,2", 0, 25)],
+            [("Ann,1", 0, 30), ("Ann,2", 0.3, 30), ("Ann,3", 0, 60)],
+        ],
+    )
+    def test_what_is_not_told_apart_runs_backwards(self, table, parts):
+        assert "time runs backwards" in refusal(table(in_one_table(*parts)))
+
+    def test_a_stamp_that_jitters_where_a_column_changes_begins_no_recording(self, table):
+        text = in_one_table(("Ann,1", 0, 50), ("Ann,2", 0.48, 50))
+        (recording,) = read(table(text), ReadOptions())
+        assert recording.demonstration.times.size == 98
+
+    @pytest.mark.parametrize("told", ["one,1 two,1", "1,one 2,one"])
+    def test_a_column_that_is_left_out_tells_them_apart_and_a_signal_stays_one(self, table, told):
+        path = table(in_one_table(*((part, 0, 50) for part in told.split())))
+        for name in ("who", "trial"):
+            recordings = read(path, ReadOptions(leave_out=(name,)))
+            assert len(recordings) == 2
+            assert all(channels(recording)[-1] == ("fx", "") for recording in recordings)
+        if "1,one" in told:
+            recordings = read(path, ReadOptions(signals=("who",)))
+            assert [r.demonstration.signals[0, 0] for r in recordings] == [1, 2]
+
+
+SIX = "".join(f"{i / 100},{i % 7},{i % 5},{i % 3},{i % 9},{i % 4},{i % 8}\n" for i in range(50))
+BOTH_HANDS = [f"{hand} {axis}" for hand in ("left", "right") for axis in ("fx", "fy", "fz")]
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        ",left,left,left,right,right,right\n,fx,fy,fz,fx,fy,fz\ntime,,,,,,\n",
+        "hand,left,left,left,right,right,right\naxis,fx,fy,fz,fx,fy,fz\ntime,,,,,,\n",
+        ",left,,,right,,\ntime,fx,fy,fz,fx,fy,fz\n",
+        ",left,,,right,,\ntime,fx,fy,fz,fx,fy,fz\ns,,,,,,\n",
+    ],
+)
+def test_a_header_of_two_levels_names_the_sensor_and_its_axes(table, header):
+    recording = read_single(table(header + SIX))
+    assert [name for name, _ in channels(recording)] == BOTH_HANDS
+    assert recording.remarks == ()
+    assert recording.demonstration.times[1] == 0.01
+
+
+@pytest.mark.parametrize(
+    ("header", "remarks"),
+    [
+        ("a title,,,,,,\ntime,fx,fy,fz,fx,fy,fz\n", ["1 line before", "'fx 2' (column 5)"]),
+        ("a title,,,,,,\ntime,fx,fy,fz,mx,my,\n", ["1 line before", "called column 7"]),
+        ("title,,,,,,\ntime,fx,,,,,\n", ["1 line before", "called column 3, column 4"]),
+    ],
+)
+def test_a_title_above_the_header_is_no_level_of_it(table, header, remarks):
+    recording = read_single(table(header + SIX))
+    assert recording.demonstration.channels[0].name == "fx"
+    for expected, remark in zip(remarks, recording.remarks, strict=True):
+        assert expected in remark
+
+
+def test_ground_forces_of_opensim_have_their_units(table):
+    names = ["ground_force_vx", "ground_force_px", "1_ground_torque_y", "knee_angle_r"]
+    rows = "".join(f"{i / 100:.8f}\t{i % 7 / 4}\t0.5\t{i % 9 / 4}\t12.5\n" for i in range(20))
+    head = "walk_grf\nversion=1\nnRows=20\nnColumns=5\ninDegrees=yes\nendheader\n"
+    recording = read_single(table(head + "\t".join(["time", *names]) + "\n" + rows, "walk.mot"))
+    units = ["N", "m", "Nm", ""]
+    assert channels(recording) == list(zip(names, units, strict=True))
+    assert recording.demonstration.rate == pytest.approx(100)
+
+
 def vicon(samples, after=""):
     """Two forces at 1 kHz beside video at 100 Hz, as Vicon exports them."""
     rows = [f"{i // 10 + 1},{i % 10},{i % 7 / 4},{i % 9 / 4}\n" for i in samples]
@@ -585,6 +722,26 @@ def test_a_vicon_export_has_its_rate_and_its_counters(table):
     assert "The file says that there are 1000 samples a second." in result
     assert "'Frame' counts the samples and places the rows: 23 of 400 were lost." in result
     assert "More tables follow in the file; only the first one was read." in result
+
+
+def test_a_vicon_export_that_a_spreadsheet_saved_again(table):
+    """Its lines are as wide as the widest one, and channels may be called by a number."""
+    lines = vicon(range(400)).replace("Fx,Fz", "1,EMG2").splitlines()
+    padded = [line + "," * (4 - line.count(",")) for line in lines]
+    (recording,) = read(table("\n".join(padded) + "\n"), ReadOptions())
+    channels = [(c.name, c.unit) for c in recording.demonstration.channels]
+    assert channels == [("1", "N"), ("EMG2", "N")]
+    np.testing.assert_allclose(recording.demonstration.times, np.arange(400) / 1000)
+
+
+def test_a_vicon_export_has_the_rate_of_its_devices_not_of_the_events_before_them(table):
+    events = "".join(f"S01,Left,Foot Strike,{i / 4},The instant\n" for i in range(12))
+    before = f"Events\n100\nSubject,Context,Name,Time (s),Description\n{events}\n"
+    after = "\nTrajectories\n100\n,,a:LFHD,,\nFrame,Sub Frame,X,Y,Z\n,,mm,mm,mm\n"
+    after += "".join(f"{i},0,1.5,2.5,3.5\n" for i in range(1, 900))
+    (recording,) = read(table(before + vicon(range(400), after)), ReadOptions())
+    assert [c.name for c in recording.demonstration.channels] == ["Fx", "Fz"]
+    np.testing.assert_allclose(recording.demonstration.times, np.arange(400) / 1000)
 
 
 def test_frame_and_sub_frame_count_together_wherever_they_stand(table):
@@ -619,6 +776,32 @@ def test_a_labview_measurement_has_two_headers(tmp_path, timed, comma):
     np.testing.assert_allclose(demonstration.signals[:, 0], np.arange(200) % 7 / 4)
 
 
+def test_each_channel_of_a_labview_measurement_may_have_times(tmp_path):
+    text = LABVIEW.replace("X_Columns\tOne", "X_Columns\tMulti")
+    text = text.replace("X_Value\tFx\tFz", "X_Value\tFx\tX_Value\tFz")
+    path = tmp_path / "pull.lvm"
+    path.write_text(text + "".join(f"{i / 500}\t{i}.5\t{i / 500}\t{i}.25\n" for i in range(40)))
+    recording = read_single(path)
+    assert [c.name for c in recording.demonstration.channels] == ["Fx", "Fz"]
+    np.testing.assert_allclose(recording.demonstration.times, np.arange(40) / 500, atol=1e-12)
+
+
+@pytest.mark.parametrize("rows", [7, 40])
+def test_a_short_labview_measurement_with_empty_channels_and_comments(tmp_path, rows):
+    """There are as many numbers in its headers as below them."""
+    head = LABVIEW.replace("\t200\t200", "\t7\t0").replace("0.0\t0.0", "0.0\t0.0\t0.0")
+    text = head + "".join(
+        f"{i / 500}\t{i}.5\t\t{'lost' if i % 4 else 'good'}\n" for i in range(rows)
+    )
+    path = tmp_path / "pull.lvm"
+    path.write_text(text)
+    assert identify(path).name == "table"
+    recording = read_single(path)
+    assert [(c.name, c.unit) for c in recording.demonstration.channels] == [("Fx", "Newton")]
+    np.testing.assert_allclose(recording.demonstration.times, np.arange(rows) / 500, atol=1e-12)
+    assert [s.action for s in recording.tracks[0].segments[:2]] == ["good", "lost"]
+
+
 def test_a_quote_in_a_labview_header_that_is_not_closed_does_no_harm(table):
     rows = "".join(f"{i / 500}\t{i % 7 / 4}\t{i % 9 / 4}\n" for i in range(200))
     whole = read_single(table(LABVIEW + rows, "pull.lvm"))
@@ -651,7 +834,7 @@ COUNTS = (65_400 + NUMBERS) % 65_536
 def test_beside_stamps_a_counter_is_left_out_and_said(counter_table):
     recording = read_single(counter_table(COUNTS, times=NUMBERS / 200))
     assert [c.name for c in recording.demonstration.channels] == ["Daumen_x"]
-    assert "Column Paket was left out: it counts the samples." in recording.remarks
+    assert "Column Paket was left out: sample counts." in recording.remarks
 
 
 def test_without_stamps_it_places_the_rows_so_that_what_was_lost_is_a_gap(counter_table):
@@ -703,7 +886,8 @@ def test_one_of_any_name_is_known_by_how_it_goes_on(counter_table):
     recording = read_single(counter_table(COUNTS, "Wert_A;Wert_B"), rate=200.0)
     assert [c.name for c in recording.demonstration.channels] == ["Wert_B"]
     assert recording.demonstration.duration == pytest.approx(1.5)
-    assert "if it is a signal, import it as one (--signal)" in " ".join(recording.remarks)
+    why = "sample counts, by their steps; import what is a signal as one (--signal)."
+    assert f"Column Wert_A was left out: {why}" in recording.remarks
 
 
 def test_a_column_taken_for_a_counter_is_a_signal_where_it_is_asked_for(counter_table):

@@ -96,6 +96,24 @@ def test_our_elan_files_are_on_the_clock_of_the_forces_whatever_the_video(tmp_pa
     assert (labels.name, labels.media, labels.tracks) == ("lab", {}, (ANN, BEN))
 
 
+def test_edges_that_overlap_by_a_rounding_are_one(tmp_path):
+    """As where a program adds up durations. Old short text says so in its first line."""
+    edges = [(1358.8925, 1372.6225001, "sil"), (1372.6225, 1373.5, "hold")]
+    words = "\n".join(f'{start}\n{end}\n"{text}"' for start, end, text in edges)
+    text = 'File type = "ooTextFile short"\n"TextGrid"\n\n0\n1400\n<exists>\n1\n'
+    text += '"IntervalTier"\n"Ann"\n'
+    path = tmp_path / "a.TextGrid"
+    path.write_text(f"{text}0\n1400\n2\n{words}\n")
+    (track,) = read(path).tracks
+    hold = Segment(1372.6225, 1373.5, "hold")
+    assert track.segments == (Segment(1358.8925, 1372.6225, "sil"), hold)
+    path.write_text(f"{text}0\n1400\n2\n{words}\n".replace("1372.6225001", "1372.6226"))
+    with pytest.raises(
+        InputError, match=r"'sil' ends at 1372\.6226 s and 'hold' starts at 1372\.6225 s"
+    ):
+        read(path)
+
+
 @pytest.mark.parametrize("code", ["utf-8-sig", "utf-16", "utf-16-be"])
 def test_elan_is_xml_of_any_encoding(tmp_path, code):
     path = tmp_path / "lab.eaf"

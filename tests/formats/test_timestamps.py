@@ -103,6 +103,9 @@ def test_of_repeated_stamps_the_first_row_is_kept():
     values = np.arange(100) / 100
     values[10] = values[9]
     assert repair(values).remarks[0].startswith("1 row repeats the stamp before")
+    values = np.floor(np.random.default_rng(0).uniform(0, 1, 100).cumsum()) / 100
+    assert repair(values).remarks[0].endswith(", and all are if stamps may jitter (--jitter).")
+    assert repair(values, jitter=0.1).rows.size == 100
 
 
 def test_equal_bursts_are_spread_evenly_up_to_the_next_stamp():
@@ -312,6 +315,12 @@ def test_without_a_unit_the_step_tells_it_and_a_guess_is_said(step, unit):
 def test_times_of_the_day_run_past_midnight():
     raw = clock(["23:59:59.5", "", "00:00:00.25", "00:00:01"])
     np.testing.assert_array_equal(raw.values - raw.values[0], [0, np.nan, 0.75, 1.5])
+    assert not raw.absolute
+
+
+def test_times_that_have_passed_are_read_as_pandas_writes_them():
+    raw = clock(["0 days 23:59:59.500000", "", "1 day 00:00:00", "2 days 00:00:01.25"])
+    np.testing.assert_array_equal(raw.values - raw.values[0], [0, np.nan, 0.5, 86401.75])
     assert not raw.absolute
 
 

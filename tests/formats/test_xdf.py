@@ -76,6 +76,25 @@ def test_where_samples_were_lost_stamps_are_kept(tmp_path, lost):
     assert "Force: samples are missing between its stamps" in recording.remarks[0]
 
 
+@pytest.mark.parametrize("lost", [0, 400])
+def test_packets_that_are_stamped_on_arrival_are_spread(tmp_path, lost):
+    """As by Bluetooth: packets of 8 samples, one 1.5 s late and those behind it with it."""
+    truth = even(6400, 128)
+    arrival = np.repeat(truth[7::8] + np.random.default_rng(0).exponential(0.01, 800), 8)
+    late = (truth > truth[3200]) & (truth < truth[3200] + 1.5)
+    arrival[late] = truth[3200] + 1.5
+    stamps = np.maximum.accumulate(arrival) + np.arange(6400) * 1e-6
+    there = np.ones(6400, bool)
+    there[1600 : 1600 + lost] = False
+    stream = xdf_stream("Force", forces(6400, 1)[there], rate=128, stamps=stamps[there])
+    recording = read_single(write_xdf(tmp_path / "a.xdf", stream))
+    errors = recording.demonstration.times - truth[there]
+    assert np.ptp(errors) < 0.1
+    assert "Force: its stamps come in bursts, which were spread at" in recording.remarks[0]
+    assert recording.demonstration.rate == pytest.approx(128, rel=0.01)
+    assert len(recording.demonstration.gaps) == (lost > 0)
+
+
 def test_a_break_is_a_gap_and_both_sides_are_even(tmp_path):
     stamps = np.concatenate([even(500, 100), even(500, 100, start=5025.0)])
     stream = xdf_stream("Force", forces(1000, 1), rate=100, stamps=stamps)

@@ -26,8 +26,9 @@ from factories import labelled_set, synthetic_set
 
 from forcelab.labels import Track
 from forcelab.project import Project
+from forcelab.recognition.classifiers import REGISTRY
 from forcelab.recognition.presets import preset
-from forcelab.recognition.settings import CLASSIFIERS, Settings
+from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import TRUSTED, dump
 from forcelab.recognition.training import train
 
@@ -44,10 +45,10 @@ def recognisers() -> list[bytes]:
     """One file of each kind of classifier, and of the presets with decoder and windows."""
     labelled = labelled_set(2, rate=100.0)
     small = Settings(max_scale=32.0, stride=6)
-    settings = [small.replace(classifier=name) for name in CLASSIFIERS]
+    settings = [small.replace(classifier=name) for name in REGISTRY]
     settings += [preset("fast").replace(stride=6), preset("best").replace(stride=12)]
     windows = preset("fast").replace(calibrated=True, changes=False, decoder="filters")
-    settings += [windows.replace(classifier=name) for name in CLASSIFIERS]
+    settings += [windows.replace(classifier=name) for name in REGISTRY]
     return [dump(train(labelled, setting)) for setting in settings]
 
 

@@ -13,6 +13,7 @@ from factories import (
     render_placeholder,
 )
 from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QCommandLinkButton, QLineEdit
 from window_helpers import answer_dialog, named
@@ -223,9 +224,17 @@ def recordings(tmp_path, monkeypatch):
     return folder
 
 
-def in_dialog(window, use):
-    """Press the button for one's own recordings, and do something with the dialog."""
-    answer_dialog(window, ImportDialog, lambda: click(way(window, "Label your own")), use)
+def in_dialog(window, use, menu=False):
+    """Ask for one's own recordings by button or `menu`, and do something with the dialog."""
+
+    def ask():
+        if menu:
+            actions = window.findChildren(QAction)
+            next(a for a in actions if a.text().startswith("Import demonstrations")).trigger()
+        else:
+            click(way(window, "Label your own"))
+
+    answer_dialog(window, ImportDialog, ask, use)
 
 
 def test_ten_own_recordings_are_in_a_new_project_after_six_actions(start_page, recordings, until):
@@ -257,7 +266,10 @@ def test_ten_own_recordings_are_in_a_new_project_after_six_actions(start_page, r
     assert not start_page.review.trainer.training
 
 
-def test_name_and_place_of_the_new_project_can_be_changed(start_page, recordings, tmp_path, until):
+@pytest.mark.parametrize("menu", [True, False], ids=["menu", "button"])
+def test_name_and_place_of_the_new_project_can_be_changed(
+    start_page, recordings, tmp_path, until, menu
+):
     (tmp_path / "mine").mkdir()
     (recordings / "pulls.forcelab").mkdir()  # then another name is proposed
 
@@ -272,7 +284,7 @@ def test_name_and_place_of_the_new_project_can_be_changed(start_page, recordings
         click(dialog._go)
         until(lambda: start_page.document.id)
 
-    in_dialog(start_page, use)
+    in_dialog(start_page, use, menu)
     assert start_page.document.project.path == tmp_path / "mine" / "first.forcelab"
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.io
+import shiboken6
 from factories import cached_project, foam_demonstration, numbered_frame
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
@@ -21,7 +22,7 @@ from PySide6.QtWidgets import (
     QPushButton,
     QScrollArea,
 )
-from window_helpers import named
+from window_helpers import named, status_messages
 
 from forcelab.demonstration import Channel
 from forcelab.formats.export import exporting
@@ -32,7 +33,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.import_dialog import ImportDialog
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.key_events import guard_typing
-from forcelab.jobs import finish
+from forcelab.jobs import Progress, finish
 from forcelab.project import Project
 from forcelab.resources import asset
 from tests.formats.array_files import CODES, FORCES, SAMPLES, TIMES, write_npz
@@ -147,7 +148,7 @@ def test_cancel_stops_an_import_half_way_and_the_dialog_stays(
     dialog = open_on(long_table)
     bar = named(dialog, QProgressBar, "Progress of the import")
     cancel = named(dialog, QPushButton, "Cancel the import")
-    assert cancel.isHidden()
+    assert not cancel.isVisible()
     QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
     until(lambda: half.is_set() and 2 * bar.value() > bar.maximum())
     assert cancel.isVisible()
@@ -156,8 +157,8 @@ def test_cancel_stops_an_import_half_way_and_the_dialog_stays(
     QTest.mouseClick(cancel, Qt.MouseButton.LeftButton)
     cancelled.set()
     until(lambda: report(dialog) == "The import was cancelled.")
-    assert cancel.isHidden()
-    assert bar.isHidden()
+    assert not cancel.isVisible()
+    assert not bar.isVisible()
     assert document.infos == ()
     assert files(dialog) == [str(long_table)]
     monkeypatch.setattr(import_dialog, "importing", importing)
@@ -186,6 +187,63 @@ def test_an_import_that_is_cancelled_once_it_is_written_is_reported(
     until(lambda: report(dialog))
     assert report(dialog).startswith("1 demonstration imported.")
     assert document.demonstration.name == "foam-01"
+
+
+@pytest.mark.parametrize("new", [True, False], ids=["a new project", "the open one"])
+@pytest.mark.parametrize("late", [True, False], ids=["once it is written", "half way"])
+def test_closing_the_dialog_cancels_an_import_and_shows_what_was_written_before(
+    document, until, tmp_path, monkeypatch, new, late
+):
+    reached, closed, ended = threading.Event(), threading.Event(), threading.Event()
+
+    def importing_until_closed(*given):
+        steps = importing(*given)
+        yield next(steps)
+        if not late:
+            reached.set()
+            assert closed.wait(60)
+        yield Progress(1, 2, "shown in no dialog any more")
+        result = yield from steps
+        reached.set()
+        assert closed.wait(60)
+        return result
+
+    def steps_of(*given):
+        try:
+            return (yield from importing_until_closed(*given))
+        finally:
+            ended.set()
+
+    def open_project(path):
+        document.open_project(path)
+        return True
+
+    monkeypatch.setattr(import_dialog, "importing", steps_of)
+    copy = tmp_path / "recordings" / FOAM.name
+    copy.parent.mkdir()
+    copy.write_bytes(FOAM.read_bytes())
+    if new:
+        document.close()
+    messages = status_messages(document)
+    jobs = PreviewingAtOnce()
+    dialog = ImportDialog(document, jobs, files=[copy], open_project=open_project)
+    dialog.show()
+    QTest.mouseClick(import_button(dialog), Qt.MouseButton.LeftButton)
+    until(reached.is_set)
+    dialog.close()
+    shiboken6.delete(dialog)
+    closed.set()
+    until(lambda: ended.is_set() and not jobs.awaits("import"))
+    project = copy.parent / "recordings.forcelab" if new else document.project.path
+    if late:
+        assert document.demonstration.name == "foam-01"
+        assert document.project.path == project
+        text = f"{project.name}: 1 demonstration imported. It was too late to cancel."
+        assert messages == [(text, False)]
+    else:
+        assert (document.id, messages) == ("", [])
+        assert not new or (document.project is None and list(copy.parent.iterdir()) == [copy])
+    jobs.close()
 
 
 def test_delete_leaves_a_file_out_and_the_first_import_is_opened(document, dialog, until):
@@ -593,7 +651,7 @@ def test_every_remark_is_shown_once_for_all_files(open_on, tmp_path, until):
     import_button(dialog).click()
     until(lambda: "8 demonstrations imported" in report(dialog))
     together = "trial 0.csv, trial 1.csv, trial 2.csv and 5 more: "
-    assert f"{together}Column Paket was left out: it counts the samples.\n" in report(dialog)
+    assert f"{together}Column Paket was left out: sample counts.\n" in report(dialog)
     assert report(dialog).count("Paket") == 1
 
 
@@ -602,7 +660,7 @@ def test_a_remark_names_no_option_of_the_command_line(german, until):
     path.write_text(path.read_text().replace("Paket", "Wert"))
     import_button(german).click()
     until(lambda: "1 demonstration imported" in report(german))
-    assert "if it is a signal, import it as one (Read as: signal)" in report(german)
+    assert "import what is a signal as one (Read as: signal)" in report(german)
 
 
 def test_a_file_whose_signals_are_not_plain_names_no_option_either(open_on, tmp_path):

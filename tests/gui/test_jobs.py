@@ -38,6 +38,18 @@ def test_a_job_works_in_another_thread_and_answers_in_this_one(jobs, until):
     assert not job.running
 
 
+def test_a_job_is_busy_until_its_result_is_delivered(jobs, until):
+    answers = []
+    job = jobs.run(steps(), answers.append, key="run")
+    end = time.monotonic() + PATIENCE
+    while job.running and time.monotonic() < end:
+        time.sleep(0.001)
+    time.sleep(0.05)  # its thread has nothing left to do; this one has not been told
+    assert (jobs.busy, answers) == (("run",), [])
+    until(lambda: answers)
+    assert jobs.busy == ()
+
+
 def test_progress_comes_in_order_and_before_the_result(jobs, until):
     messages, listener = [], threading.Semaphore(0)
 

@@ -85,7 +85,7 @@ def test_files_are_matched_before_they_are_imported_and_replace_only_on_demand(
     assert rows[0] == (files[0].name, name, "Ben", "1", "new")
     assert rows[1][:4] == (files[0].name, name, "Zoe", "1")
     assert "differ; replace them (Replace existing labels), or" in rows[1][4]
-    assert rows[2][4].startswith("'note.txt' looks like text without labels")
+    assert rows[2][4].startswith("'note.txt' is no file of labels, but looks like text")
     assert stored(document, "Ben") == ()
     box = QPoint(8, dialog.replacing.height() // 2)
     QTest.mouseClick(dialog.replacing, Qt.MouseButton.LeftButton, pos=box)
@@ -123,7 +123,9 @@ def test_delete_removes_a_file_and_a_selected_row_tells_why_it_is_left_out(dialo
     look()
     rect = dialog.table.visualRect(dialog.table.model().index(2, 0))
     QTest.mouseClick(dialog.table.viewport(), Qt.MouseButton.LeftButton, pos=rect.center())
-    assert dialog._text.text().startswith("note.txt: 'note.txt' looks like text without labels")
+    assert dialog._text.text().startswith(
+        "note.txt: 'note.txt' is no file of labels, but looks like text"
+    )
     QTest.keyClick(dialog.table, Qt.Key.Key_Delete)
     assert [row[0] for row in look()] == [files[0].name] * 2
 

@@ -121,7 +121,7 @@ def test_a_stroke_that_the_store_refuses_goes_on_and_the_note_says_why(
 def test_what_another_window_changed_is_refused_where_it_was_tried(app, window, note):
     project, actions = window.document.project, window.label.vocabulary
     # On a busy machine it may see what the other one does before it is tried.
-    window._look_timer.stop()
+    window._poll_timer.stop()
     with Project.open(project.path) as other:
         other.actions.add("foam", ["press"])
     actions.list.setFocus()
@@ -131,7 +131,7 @@ def test_what_another_window_changed_is_refused_where_it_was_tried(app, window, 
     assert note.isVisible()
     assert "changed elsewhere" in note.text()
     viewport = actions.list.viewport()
-    window._look_timer.start()
+    window._poll_timer.start()
     assert below(note, viewport, actions.list.visualRect(actions.list.currentIndex()))
 
 

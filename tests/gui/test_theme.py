@@ -9,18 +9,27 @@ from PySide6.QtWidgets import (
     QAbstractButton,
     QApplication,
     QComboBox,
+    QDialogButtonBox,
     QLabel,
     QListWidget,
     QListWidgetItem,
     QMainWindow,
     QMenu,
     QPlainTextEdit,
+    QProxyStyle,
     QSpinBox,
+    QStyle,
     QTreeWidget,
 )
 
 from forcelab.gui import theme
+from forcelab.gui.export_dialog import ExportDialog
+from forcelab.gui.import_dialog import ImportDialog
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.label.actions import KeyDialog
+from forcelab.gui.label_import_dialog import LabelImportDialog
 from forcelab.gui.layout import Dock
+from forcelab.gui.removal_dialog import Removal
 from forcelab.vocabulary import COLOURS
 
 #: Machado, Oliveira and Fernandes 2009, severity 1.0, on linear RGB.
@@ -155,6 +164,39 @@ def test_the_palettes_texts_can_be_read_and_what_is_disabled_looks_so(colours):
     for ink, ground in pairs[:2] + pairs[4:5]:
         dimmed = created.color(group.Disabled, ink).name()
         assert 2 <= contrast(dimmed, created.color(group.Disabled, ground).name()) < 4.5
+
+
+class ButtonsWithIcons(QProxyStyle):
+    """As the platform has it under X: dark pictures, on whatever ground."""
+
+    def styleHint(self, hint, option=None, widget=None, data=None):  # noqa: N802
+        wanted = hint == QStyle.StyleHint.SH_DialogButtonBox_ButtonsHaveIcons
+        return 1 if wanted else super().styleHint(hint, option, widget, data)
+
+
+@pytest.mark.parametrize(
+    "opened",
+    [
+        lambda document, parent: ExportDialog(document, Jobs(), (), parent),
+        lambda document, parent: ImportDialog(document, Jobs(), parent),
+        lambda document, parent: LabelImportDialog(document, Jobs(), parent),
+        lambda document, parent: KeyDialog(document.vocabulary, "grab", parent),
+        lambda _, parent: Removal("Remove", "This goes.", "", parent),
+    ],
+    ids=["export", "import", "label import", "key", "removal"],
+)
+def test_buttons_of_dialogs_have_no_icons_of_the_platform(themed, document, opened):
+    window = QMainWindow()
+    try:
+        themed.setStyle(ButtonsWithIcons("Fusion"))
+        theme.apply_to_application(window)
+        alone = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        assert not alone.buttons()[0].icon().isNull()
+        dialog = opened(document, window)
+        (box,) = dialog.findChildren(QDialogButtonBox)
+        assert all(button.icon().isNull() for button in box.buttons())
+    finally:
+        themed.setStyle("Fusion")
 
 
 def test_a_theme_is_put_on_and_told(themed):

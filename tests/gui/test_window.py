@@ -103,7 +103,7 @@ def test_a_fault_in_one_step_of_closing_leaves_nothing_open(window, monkeypatch,
     assert [fault.endswith("a fault") for fault in faults] == [True]
     assert not window.isVisible()
     assert window.document.project is None
-    assert not window._look_timer.isActive()
+    assert not window._poll_timer.isActive()
     assert not window._list_timer.isActive()
     assert window.at_rest(5.0)
     if step == "label.release":

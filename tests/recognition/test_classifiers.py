@@ -14,9 +14,8 @@ from sklearn.neural_network import MLPClassifier
 from threadpoolctl import threadpool_limits
 
 from forcelab.errors import InputError
-from forcelab.recognition.classifiers import fit_classifier
+from forcelab.recognition.classifiers import REGISTRY, fit_classifier
 from forcelab.recognition.ensemble import FitOptions
-from forcelab.recognition.settings import CLASSIFIERS
 
 pytestmark = pytest.mark.usefixtures("small_fits")
 
@@ -88,7 +87,7 @@ def test_a_fit_that_does_not_converge_ends_after_as_many_epochs_as_announced():
 # --- seeds --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", CLASSIFIERS)
+@pytest.mark.parametrize("name", REGISTRY)
 def test_one_seed_gives_one_classifier(name):
     X, y = blobs([30, 40, 25], distance=1.0)
     found = []
@@ -108,7 +107,7 @@ def test_a_fit_neither_uses_nor_moves_the_random_numbers_of_others():
     X, y = blobs([40, 40])
     np.random.seed(0)  # noqa: NPY002 - the very state that must not matter
     before = np.random.get_state()[1].copy()  # noqa: NPY002
-    for name in CLASSIFIERS:
+    for name in REGISTRY:
         next(fit_classifier(name, X, y, 0, True))
     np.testing.assert_array_equal(np.random.get_state()[1], before)  # noqa: NPY002
 
@@ -116,7 +115,7 @@ def test_a_fit_neither_uses_nor_moves_the_random_numbers_of_others():
 # --- all of them --------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", CLASSIFIERS)
+@pytest.mark.parametrize("name", REGISTRY)
 @pytest.mark.parametrize("codes", [(0, 1), (0, 2, 5)])
 def test_every_classifier_learns_what_can_be_told_apart(name, codes):
     X, y = blobs([90] * len(codes), distance=6.0)
@@ -132,7 +131,7 @@ def test_every_classifier_learns_what_can_be_told_apart(name, codes):
     np.testing.assert_array_equal(most_probable, classifier.predict(test_X))
 
 
-@pytest.mark.parametrize("name", CLASSIFIERS)
+@pytest.mark.parametrize("name", REGISTRY)
 def test_a_feature_that_never_changes_does_no_harm(name):
     X, y = blobs([60, 60], distance=6.0)
     X[:, 2] = 5.0
@@ -155,7 +154,7 @@ def test_fewer_than_two_actions_are_refused_in_a_sentence(name, samples):
         list(fit_classifier(name, X, np.full(samples, 4), 0, True))
 
 
-@pytest.mark.parametrize("name", CLASSIFIERS)
+@pytest.mark.parametrize("name", REGISTRY)
 def test_units_of_the_features_do_not_matter_where_they_are_standardised(name):
     X, y = blobs([90] * 3, distance=6.0)
     test_X, test_y = blobs([50] * 3, distance=6.0, seed=1)
@@ -164,7 +163,7 @@ def test_units_of_the_features_do_not_matter_where_they_are_standardised(name):
     assert np.mean(last.classifier.predict(test_X * units) == test_y) > 0.97
 
 
-@pytest.mark.parametrize("name", CLASSIFIERS)
+@pytest.mark.parametrize("name", REGISTRY)
 def test_every_classifier_can_be_calibrated_where_features_are_standardised(name):
     # Each demonstration has its own offset: sure within one, wrong about the next.
     random = np.random.default_rng(3)
@@ -180,7 +179,7 @@ def test_every_classifier_can_be_calibrated_where_features_are_standardised(name
     assert exponents[1] != 1.0
 
 
-@pytest.mark.parametrize("name", CLASSIFIERS)
+@pytest.mark.parametrize("name", REGISTRY)
 def test_rare_actions_count_as_much_in_every_classifier(name):
     random = np.random.default_rng(0)
     y = np.repeat([0, 1], [400, 25])

@@ -31,7 +31,7 @@ from forcelab.recognition.cross_validation import (
     train_and_test_job,
 )
 from forcelab.recognition.examples import LabelledDemonstration, suffix_actions
-from forcelab.recognition.metrics import score
+from forcelab.recognition.metrics import count, pool
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples, train
@@ -458,8 +458,8 @@ def test_scores_are_those_of_the_codes_and_pooling_counts_samples(evaluation):
             known = tested.human >= 0
             assert single["accuracy"] == np.mean(codes[known] == tested.human[known])
             assert single["coverage"] == np.mean(codes[known] >= 0)
-            again = score(tested.name, tested.human, codes, tested.times, tested.actions)
-            assert single == again.to_json()
+            counts = count(tested.human, codes, tested.times, tested.actions)
+            assert single == pool(tested.name, [counts]).to_json()
         singles = [np.array(one["confusion"]) for one in result[which]["demonstrations"]]
         pooled = result[which]["pooled"]
         np.testing.assert_array_equal(pooled["confusion"], sum(singles))

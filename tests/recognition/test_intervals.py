@@ -10,15 +10,12 @@ from hypothesis import strategies as st
 from scipy.stats import bootstrap
 
 from forcelab.recognition.intervals import (
-    METRICS,
     Intervals,
     difference_intervals,
     draw_resamples,
-    look_up,
     score_intervals,
-    score_resamples,
 )
-from forcelab.recognition.metrics import Counts, count, pool
+from forcelab.recognition.metrics import METRICS, Counts, count, look_up, pool, score_resamples
 
 ACTIONS = ("still", "grab", "hold")
 
@@ -149,7 +146,7 @@ def test_boundaries_are_resampled_in_parts_alike(monkeypatch):
     parts = eight()
     full = score_intervals(parts)["boundary_ms.p90"]
     assert len(reduce(add, parts).boundaries) > 20
-    monkeypatch.setattr("forcelab.recognition.intervals.AT_ONCE", 100)
+    monkeypatch.setattr("forcelab.recognition.metrics.AT_ONCE", 100)
     assert score_intervals(parts)["boundary_ms.p90"] == full
 
 

@@ -35,7 +35,6 @@ from forcelab.recognition.metrics import (
     overlay,
     overlay_segments,
     pool,
-    score,
     score_tracks,
 )
 
@@ -57,6 +56,10 @@ def spell(text: str, actions: list[str] = ACTIONS) -> np.ndarray:
 
 def times_of(n: int, rate: float = 100.0) -> np.ndarray:
     return np.arange(n) / rate
+
+
+def score(name, human, predicted, times, actions) -> Scores:
+    return pool(name, [count(human, predicted, times, actions)])
 
 
 def score_words(human: str, predicted: str, actions: list[str] = ACTIONS) -> Scores:

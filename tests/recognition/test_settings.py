@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 
 from forcelab.errors import InputError
 from forcelab.label_map import MergeMap
+from forcelab.recognition.classifiers import REGISTRY
 from forcelab.recognition.presets import PRESETS, preset
-from forcelab.recognition.settings import CLASSIFIERS, Settings, applies, why_not_applied
+from forcelab.recognition.settings import Settings, applies, why_not_applied
 from forcelab.signals.wavelets import Morlet
 
 NAMES = st.text(min_size=1, max_size=8).filter(str.strip)
@@ -32,7 +33,7 @@ ANY_SETTINGS = st.builds(
     max_scale=st.floats(4.0, 1e5),
     spacing=st.floats(0.1, 2.0),
     phase=st.booleans(),
-    classifier=st.sampled_from(CLASSIFIERS),
+    classifier=st.sampled_from(list(REGISTRY)),
     stride=st.integers(1, 1000),
     threshold=st.none() | st.floats(0, 1),
     median=st.none() | st.integers(1, 1000),
@@ -221,7 +222,7 @@ def test_beside_windows_wavelets_count_as_windows_do():
 
 
 def test_of_windows_every_classifier_can_be_calibrated():
-    for name in CLASSIFIERS:
+    for name in REGISTRY:
         assert applies("calibrated", vars(Settings(features="windows", classifier=name)))
     assert not applies("calibrated", vars(Settings(classifier="mlp")))
 

@@ -22,10 +22,11 @@ from skops import io as skops_io
 
 from forcelab.errors import InputError
 from forcelab.recognition import ensemble
+from forcelab.recognition.classifiers import REGISTRY
 from forcelab.recognition.ensemble import CalibratedEnsemble
 from forcelab.recognition.forest import Forest
 from forcelab.recognition.presets import preset
-from forcelab.recognition.settings import CLASSIFIERS, Settings
+from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import TRUSTED, load_recogniser, pack, save_recogniser
 from forcelab.recognition.training import train
 from tests.recognition.format_1 import forest_in_format_1
@@ -83,7 +84,7 @@ def with_classifier(recogniser, **changes):
 
 
 @pytest.mark.parametrize(
-    ("name", "threshold"), [*((name, 0.8) for name in CLASSIFIERS), ("mlp", None), ("svm", None)]
+    ("name", "threshold"), [*((name, 0.8) for name in REGISTRY), ("mlp", None), ("svm", None)]
 )
 def test_a_loaded_recogniser_predicts_to_the_bit_what_the_saved_one_did(
     trained, three, path, name, threshold
@@ -102,7 +103,7 @@ def test_a_loaded_recogniser_predicts_to_the_bit_what_the_saved_one_did(
         assert getattr(loaded, field) == getattr(recogniser, field)
 
 
-@pytest.mark.parametrize("name", CLASSIFIERS)
+@pytest.mark.parametrize("name", REGISTRY)
 def test_a_classifier_of_standardised_features_predicts_to_the_bit_what_the_saved_one_did(
     three, path, name
 ):
@@ -149,7 +150,7 @@ def test_an_older_file_of_windows_has_a_bare_classifier(three, path):
     np.testing.assert_array_equal(found.probabilities, older.predict(unseen).probabilities)
 
 
-@pytest.mark.parametrize("name", CLASSIFIERS)
+@pytest.mark.parametrize("name", REGISTRY)
 def test_a_recogniser_can_still_predict_and_be_saved_again_after_saving(trained, three, name):
     recogniser = trained(name)
     before = recogniser.predict(three[2].demonstration)
@@ -161,7 +162,7 @@ def test_a_recogniser_can_still_predict_and_be_saved_again_after_saving(trained,
 
 
 def test_a_loaded_recogniser_can_be_saved_again(trained, three, path):
-    for name in CLASSIFIERS:
+    for name in REGISTRY:
         save_recogniser(trained(name), path)
         save_recogniser(load_recogniser(path), path)
         first, second = (
@@ -176,7 +177,7 @@ def test_a_recogniser_trained_on_one_recording_twice_loads(three, path):
 
 
 def test_the_file_holds_nothing_pickled_and_says_which_versions_wrote_it(trained, path):
-    for name in CLASSIFIERS:
+    for name in REGISTRY:
         save_recogniser(trained(name), path)
         with zipfile.ZipFile(path) as archive:
             assert {part.rsplit(".")[-1] for part in archive.namelist()} <= {"json", "npy"}

@@ -6,8 +6,8 @@ import pytest
 from factories import random_run_result, run_result
 
 from forcelab.label_map import MergeMap
-from forcelab.recognition.intervals import difference_intervals, look_up
-from forcelab.recognition.metrics import count_segments, pool
+from forcelab.recognition.intervals import difference_intervals
+from forcelab.recognition.metrics import count_segments, look_up, pool
 from forcelab.recognition.settings import Settings
 from forcelab.review.run_comparison import compare_runs, settings_that_differ
 

@@ -61,6 +61,13 @@ def test_names_with_blanks_are_known_too():
     assert channel_map(named(" Force X", "Force Y ", "Force Z")).names == ("tangential", "normal")
 
 
+def test_the_number_of_a_force_plate_may_stand_before_the_axis():
+    """As in C3D files; a recogniser that was trained on such columns still finds them."""
+    names = ("F1X", "F1Y", "F1Z", "M1X", "F2X", "F2Y", "F2Z")
+    assert channel_map(named(*names)).names == (*FOUR, "M1X")
+    assert channel_map(named(*names), names).names == names
+
+
 @pytest.mark.parametrize("mark", [" ", "_", "."])
 def test_the_sensor_may_stand_before_the_axis(mark):
     names = [f"{sensor}{mark}F{axis}" for sensor in ("left", "right") for axis in "xyz"]
@@ -69,6 +76,12 @@ def test_the_sensor_may_stand_before_the_axis(mark):
         *("normal left", "normal right"),
     )
     # As a recogniser wants it that learnt when such columns were taken one by one.
+    assert channel_map(named(*names), names).names == tuple(names)
+
+
+def test_forces_are_known_in_german_too():
+    names = [f"Kraft {axis}" for axis in "XYZ"]
+    assert channel_map(named(*names)).names == ("tangential", "normal")
     assert channel_map(named(*names), names).names == tuple(names)
 
 

@@ -1,16 +1,21 @@
 """Small mechanisms whose motion is known in closed form."""
 
+from functools import partial
+
 import numpy as np
 
-from forcelab.simulation.solvers import integrate
+from forcelab.simulation.solvers import Solver, integrate
+
+rosenbrock, rk45, lsoda, radau = (
+    partial(Solver, method) for method in ("Rosenbrock", "RK45", "LSODA", "Radau")
+)
 
 
 class Mechanism:
     """A mass with place x and speed v in each lane; `numbers` hold one value for each lane."""
 
     names = ("x", "v")
-    positions = np.array([0])
-    velocities = np.array([1])
+    dof = 1
     events = ()
 
     def __init__(self, **numbers):
@@ -66,7 +71,7 @@ class Oscillator(Mechanism):
 class Ball(Mechanism):
     """A ball that falls on a spring k with a dashpot c at height 0; they touch while x < 0."""
 
-    events = ("contact lost|contact made",)
+    events = (("contact lost", "contact made"),)
 
     def __init__(self, m=0.05, k=1e4, c=1.0, g=9.81):
         super().__init__(m=m, k=k, c=c, g=g)
@@ -89,7 +94,7 @@ class Ball(Mechanism):
 class Bouncer(Mechanism):
     """A ball that leaves the floor with a share e of the speed with which it hits."""
 
-    events = ("|bounce",)
+    events = (("", "bounce"),)
 
     def __init__(self, e=0.8, g=9.81):
         super().__init__(e=e, g=g)
@@ -110,7 +115,7 @@ class Bouncer(Mechanism):
 class Thrown(Mechanism):
     """Constant acceleration a, and whatever is said to be watched."""
 
-    events = ("up|down",)
+    events = (("up", "down"),)
 
     def __init__(self, a=0.0):
         super().__init__(a=a)

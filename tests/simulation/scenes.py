@@ -9,7 +9,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from forcelab.simulation.hand import Trajectory
-from forcelab.simulation.mechanics import Layout, Mechanics, stack_numbers
+from forcelab.simulation.mechanics import Layout, Mechanics, stack_numbers, width_at
 from forcelab.simulation.scene import (
     Arm,
     Body,
@@ -21,7 +21,6 @@ from forcelab.simulation.scene import (
     Scene,
     Socket,
     Thread,
-    width_at,
 )
 
 #: Almost no friction, with bristles that are not stiff to solve.
@@ -167,7 +166,7 @@ def energy(system: Mechanics, states: np.ndarray, commands: Mapping[str, float])
     if scene.profile:
         numbers = stack_numbers([scene])
         width = width_at(q["tongs z"] - q["body z"], numbers.body.half_width, numbers.profile)
-        half, left = width.half, width.left
+        half, left = width.half, width.rest
     n = scene.body.exponent
     for depth in (half[0] - q["left jaw"] - q["body x"], half[1] - q["right jaw"] + q["body x"]):
         total = total + left * scene.body.stiffness * np.maximum(depth, 0.0) ** (n + 1) / (n + 1)

@@ -13,7 +13,7 @@ from forcelab.clock import ClockMap
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.simulation import generate
-from forcelab.simulation.generate import Job, produce_demonstrations
+from forcelab.simulation.generate import Order, produce_demonstrations
 from forcelab.simulation.origin import MOST, RATES, Origin, origins, task_named
 from forcelab.simulation.scene import TASKS
 from forcelab.simulation.tasks import RATE
@@ -28,7 +28,7 @@ def produce(orders, tmp_path, jobs=1):
 
 
 def unfilmed(*numbers, task="foam", seed=3, rate=1000.0):
-    return [Job(Origin(task, seed, number, rate), video=False) for number in numbers]
+    return [Order(Origin(task, seed, number, rate), video=False) for number in numbers]
 
 
 @pytest.fixture
@@ -120,7 +120,7 @@ def test_every_demonstration_is_its_own_whatever_the_others_are(quick, tmp_path)
 
 
 def test_a_video_changes_neither_forces_nor_labels(quick, tmp_path):
-    (filmed,) = produce([Job(Origin("foam", 3, 1))], tmp_path)
+    (filmed,) = produce([Order(Origin("foam", 3, 1))], tmp_path)
     (not_filmed,) = produce(unfilmed(1), tmp_path)
     assert filmed.demonstration.id == not_filmed.demonstration.id
     assert filmed.tracks == not_filmed.tracks
@@ -130,12 +130,12 @@ def test_a_video_changes_neither_forces_nor_labels(quick, tmp_path):
 
 def test_a_coder_labels_the_same_with_and_without_the_other(quick, tmp_path):
     both, incoming = (
-        produce([Job(Origin("foam", 3, 1), coders, video=False)], tmp_path)[0]
+        produce([Order(Origin("foam", 3, 1), coders, video=False)], tmp_path)[0]
         for coders in (("Ines", "Tomas"), ("Tomas",))
     )
     assert [track.author for track in both.tracks] == ["Ines", "Tomas"]
     assert incoming.tracks == both.tracks[1:]
-    (nobody,) = produce([Job(Origin("foam", 3, 1), (), video=False)], tmp_path)
+    (nobody,) = produce([Order(Origin("foam", 3, 1), (), video=False)], tmp_path)
     assert nobody.tracks == ()
 
 
@@ -152,7 +152,7 @@ def test_another_rate_records_the_same_motion_with_the_same_tongs(quick, tmp_pat
 
 
 def test_videos_are_the_same_bytes_and_their_truth_counts_every_frame(quick, tmp_path):
-    orders = [Job(Origin("foam", 3, 1)), Job(Origin("foam", 3, 2), synchronised=False)]
+    orders = [Order(Origin("foam", 3, 1)), Order(Origin("foam", 3, 2), synchronised=False)]
     once, again = produce(orders, tmp_path), produce(orders, tmp_path)
     for incoming, other in zip(once, again, strict=True):
         file = incoming.demonstration.video.path

@@ -61,7 +61,6 @@ def test_the_first_and_the_last_event_of_the_kinds_near_the_plan_are_found():
     assert last(LEFT, RIGHT)(found, 2.0) == 2.0
     assert first(LEFT)(found, 2.0) == 2.0
     assert first("snap in", lead=0.05)(found, 2.0) == pytest.approx(2.05)
-    assert last("snap in", lead=0.05)(found, 2.0) == pytest.approx(2.05)
 
 
 def test_events_too_far_from_the_plan_are_none_of_it():

@@ -14,15 +14,7 @@ from scipy.optimize import brentq
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.simulation import solvers as rodas
-from forcelab.simulation.solvers import (
-    EventLocator,
-    Explicit,
-    Lsoda,
-    Radau,
-    Rosenbrock,
-    integrate,
-    integrating,
-)
+from forcelab.simulation.solvers import EventLocator, integrate, integrating
 from tests.simulation.mechanisms import (
     Ball,
     Bouncer,
@@ -31,20 +23,28 @@ from tests.simulation.mechanisms import (
     Thrown,
     driven,
     errors,
+    lsoda,
     order,
+    radau,
+    rk45,
+    rosenbrock,
 )
 
-ALL = [Explicit(1e-7), Lsoda(1e-6), Radau(1e-5), Rosenbrock(1e-6)]
-NAMES = ["RK45", "LSODA", "Radau", "Rosenbrock"]
+
+def name(solver):
+    return solver.method
 
 
-@pytest.mark.parametrize("solver", ALL, ids=NAMES)
+ALL = [rk45(1e-7), lsoda(1e-6), radau(1e-5), rosenbrock(1e-6)]
+
+
+@pytest.mark.parametrize("solver", ALL, ids=name)
 def test_a_driven_and_damped_oscillator_moves_as_its_closed_form_says(solver):
     system, start = driven()
     assert errors(system, start, np.linspace(0, 0.3, 301), solver).max() < 1e-4
 
 
-@pytest.mark.parametrize("kind", [Explicit, Lsoda, Radau, Rosenbrock])
+@pytest.mark.parametrize("kind", [rk45, lsoda, radau, rosenbrock])
 def test_the_error_falls_with_the_tolerance_and_stays_near_it(kind):
     system, start = driven()
     found = [
@@ -83,7 +83,7 @@ def test_soft_lanes_take_few_steps_beside_a_stiff_one_and_are_left_out_when_fini
 
     system = Counted(m=0.01, k=[1e2, 1e2, 1e2, 1e6])
     start = np.array([[1e-3] * 4, [0.0] * 4])
-    steps = integrate(system, start, np.linspace(0, 0.02, 11), Rosenbrock()).steps
+    steps = integrate(system, start, np.linspace(0, 0.02, 11), rosenbrock()).steps
     assert (steps[:3] < 60).all()
     assert steps[3] > 200
     # A look at the derivatives takes four columns of each lane.
@@ -91,7 +91,7 @@ def test_soft_lanes_take_few_steps_beside_a_stiff_one_and_are_left_out_when_fini
     assert sizes.count(4 * 1) > 160
 
 
-@pytest.mark.parametrize("solver", ALL, ids=NAMES)
+@pytest.mark.parametrize("solver", ALL, ids=name)
 def test_the_job_tells_how_many_samples_there_are_and_gives_the_same(solver):
     system, start = driven()
     times = np.linspace(0, 0.05, 201)
@@ -105,7 +105,7 @@ def test_the_job_tells_how_many_samples_there_are_and_gives_the_same(solver):
     assert np.array_equal(result.states[0], start)
 
 
-@pytest.mark.parametrize("solver", ALL, ids=NAMES)
+@pytest.mark.parametrize("solver", ALL, ids=name)
 def test_time_need_not_start_at_zero(solver):
     system, start = driven()
     system.push *= 0
@@ -114,11 +114,7 @@ def test_time_need_not_start_at_zero(solver):
     assert np.abs(early.states - late.states)[:, 0].max() < 1e-8
 
 
-SOLVERS = [Explicit(1e-6), Rosenbrock(1e-6), Lsoda(1e-7), Radau(1e-6)]
-
-
-def name(solver):
-    return type(solver).__name__
+SOLVERS = [rk45(1e-6), rosenbrock(1e-6), lsoda(1e-7), radau(1e-6)]
 
 
 def moments(solution, lane=0):
@@ -210,7 +206,8 @@ def test_what_crosses_and_comes_back_within_one_step_is_found(solver, middle, ha
 @pytest.mark.parametrize("solver", SOLVERS, ids=name)
 def test_several_events_of_a_step_come_in_order_and_those_of_an_instant_together(solver):
     class Gates(Thrown):
-        events = ("third|", "first|", "never|", "second|", "also second|", "|silent")
+        rising = ("third", "first", "never", "second", "also second")
+        events = (*((name, "") for name in rising), ("", "silent"))
 
         def watched(self, _times, states):
             gates = np.array([0.3041, 0.3, 0.7, 0.304, 0.304, -1.0])[:, None]
@@ -252,8 +249,8 @@ def test_an_event_function_that_is_not_a_number_is_refused(solver):
 
 STIFFNESSES = [1e1, 1e4, 1e6, 1e8]
 MASSES = [1e-6, 1e-2, 1e2]
-ADAPTIVE = [Explicit(max_steps=1500), Lsoda(1e-5, max_steps=1500), Radau(max_steps=400)]
-EVERY = [*ADAPTIVE, Rosenbrock(max_steps=1500)]
+ADAPTIVE = [rk45(max_steps=1500), lsoda(1e-5, max_steps=1500), radau(max_steps=400)]
+EVERY = [*ADAPTIVE, rosenbrock(max_steps=1500)]
 DURATION = 1e-3
 SENTENCE = re.compile(
     r"The motion of demonstration \d+ cannot be resolved at \S+ s: [^;]+; [^;]+\."
@@ -344,14 +341,14 @@ def test_a_motion_faster_than_time_resolves_is_refused():
             return np.stack([states[1], 1e9 * np.sin(1e20 * times)])
 
     with pytest.raises(InputError, match=r"at \S+ s: the step fell below 1e-13 s"):
-        integrate(Noise(), np.array([[1.0], [0.0]]), np.linspace(0, 1, 3), Rosenbrock(1e-9))
+        integrate(Noise(), np.array([[1.0], [0.0]]), np.linspace(0, 1, 3), rosenbrock(1e-9))
 
 
 @pytest.mark.parametrize("tolerance", [1e-1, 1.0, 10.0])
 def test_loose_tolerances_give_numbers_or_refusals_on_a_stiff_drop(tolerance):
     system = Ball(m=[1e-4, 0.05], k=[1e7, 1e5], c=[1.0, 0.1])
     start = np.array([[1e-3, 1e-3], [-1.0, -0.3]])
-    for kind in (Explicit, Lsoda, Radau, Rosenbrock):
+    for kind in (rk45, lsoda, radau, rosenbrock):
         try:
             found = integrate(system, start, np.linspace(0, 0.02, 81), kind(tolerance))
         except InputError as error:
@@ -433,7 +430,7 @@ def test_stiff_parts_are_damped_at_every_frequency_and_wholly_at_infinity():
 def test_the_error_falls_with_the_fourth_power_of_the_step():
     system, start = driven()
     # With a tolerance that nothing exceeds, all steps but the first few are the longest ones.
-    solvers = [Rosenbrock(1e9, longest=4e-3 / 2**n) for n in range(4)]
+    solvers = [rosenbrock(1e9, longest=4e-3 / 2**n) for n in range(4)]
     assert order(system, start, np.array([0.0, 0.25]), solvers)[1:] == pytest.approx(4, abs=0.3)
     assert (order(system, start, np.linspace(0, 0.25, 501), solvers)[1:] > 3.7).all()
 
@@ -444,19 +441,19 @@ def test_a_stiff_contact_follows_a_slow_force_in_few_steps_with_little_error():
     start = system.exactly([0.0], np.zeros((2, 1)))[0]
     start += [[1e-5], [0.0]]  # a newton out of balance: what rings fades
     times = np.linspace(0, 1, 4001)
-    found = integrate(system, start, times, Rosenbrock(1e-3))
+    found = integrate(system, start, times, rosenbrock(1e-3))
     error = 1e5 * (found.states - system.exactly(times, start))[:, 0]
     assert np.sqrt((error**2).mean()) < 1e-3
     assert np.abs(error).max() < 1e-2
     assert found.steps[0] < 300
-    assert integrate(system, start, times, Explicit(1e-3)).steps[0] > 4 * found.steps[0]
+    assert integrate(system, start, times, rk45(1e-3)).steps[0] > 4 * found.steps[0]
 
 
 class Decay(Mechanism):
     """``y' = -r (y - cos(w t)) - w sin(w t)``, a first-order lag without any position."""
 
     names = ("y",)
-    positions = velocities = np.array([], int)
+    dof = 0
 
     def __init__(self, r, w=5.0):
         super().__init__(r=r, w=w)
@@ -472,7 +469,7 @@ class Decay(Mechanism):
 @pytest.mark.parametrize("rate", [1e2, 1e5, 1e8])
 def test_a_decay_of_any_rate_is_followed_by_long_steps(rate):
     times = np.linspace(0, 1, 201)
-    found = integrate(Decay(rate), np.array([[2.0]]), times, Rosenbrock(1e-4, longest=0.05))
+    found = integrate(Decay(rate), np.array([[2.0]]), times, rosenbrock(1e-4, longest=0.05))
     exact = np.cos(5 * times) + np.exp(-rate * times)
     assert np.abs(found.states[:, 0, 0] - exact).max() < 1e-3
     assert found.steps[0] < 150
@@ -490,7 +487,7 @@ def test_rosenbrock_is_right_or_refuses_at_any_stiffness(stiffness, mass, dampin
     duration = 1e-3
     times = np.linspace(0, duration, 21)
     try:
-        found = integrate(system, start, times, Rosenbrock(1e-3, max_steps=400)).states
+        found = integrate(system, start, times, rosenbrock(1e-3, max_steps=400)).states
     except InputError as error:
         assert SENTENCE.fullmatch(str(error))
         assert "more than 400 steps" in str(error)
@@ -512,7 +509,7 @@ def test_any_contact_is_made_and_lost_when_the_closed_form_says(k, m):
     start = np.array([[0.0], [-speed]])
     times = np.linspace(0, 1.2 * leaves, 121)
     peak = np.sqrt(k * m) * speed
-    found = integrate(ball, start, times, Rosenbrock(1e-6 * peak, longest=leaves))
+    found = integrate(ball, start, times, rosenbrock(1e-6 * peak, longest=leaves))
     lost = found.events[0][-1]
     assert lost.kind == "contact lost"
     assert lost.time == pytest.approx(leaves, abs=max(1e-10, 1e-4 * leaves))
@@ -527,7 +524,7 @@ def test_a_visit_across_within_one_long_step_is_seen():
             return states[:1] - (0.5 - 1e-3)
 
     found = integrate(
-        Line(-1.0), np.array([[0.0], [1.0]]), np.linspace(0, 2, 5), Rosenbrock(1.0, longest=2.0)
+        Line(-1.0), np.array([[0.0], [1.0]]), np.linspace(0, 2, 5), rosenbrock(1.0, longest=2.0)
     )
     assert [event.kind for event in found.events[0]] == ["up", "down"]
     way = np.sqrt(2e-3)
@@ -542,7 +539,7 @@ def test_a_step_whose_equations_have_no_solution_is_tried_shorter():
             return self.r * states
 
     system, times = Growth([2.0**22, -1.0]), np.linspace(0, 2.0**-20, 3)
-    solver = Rosenbrock(1e-6, longest=2.0**-20)
+    solver = rosenbrock(1e-6, longest=2.0**-20)
     found = integrate(system, np.ones((1, 2)), times, solver)
     assert found.states[:, 0] == pytest.approx(np.exp(np.outer(times, system.r)), rel=1e-4)
 
@@ -555,8 +552,7 @@ class Chain(Mechanism):
     """A mass on a soft spring, and a light one that a hard and damped spring ties to it."""
 
     names = ("x", "y", "vx", "vy")
-    positions = np.array([0, 1])
-    velocities = np.array([2, 3])
+    dof = 2
 
     def __init__(self, m=0.05, light=1e-3, k=SOFT, hard=HARD, c=None):
         damping = 2 * np.sqrt(np.asarray(hard) * light) if c is None else c
@@ -586,8 +582,8 @@ class Chain(Mechanism):
 
 @pytest.mark.parametrize(
     "solver",
-    [Rosenbrock(1e-3), Explicit(1e-3, max_steps=300), Lsoda(1e-3), Radau(1e-3)],
-    ids=lambda solver: type(solver).__name__,
+    [rosenbrock(1e-3), rk45(1e-3, max_steps=300), lsoda(1e-3), radau(1e-3)],
+    ids=name,
 )
 def test_a_ratio_of_ten_million_is_right_or_refused_in_a_sentence(solver):
     chain = Chain()
@@ -599,7 +595,7 @@ def test_a_ratio_of_ten_million_is_right_or_refused_in_a_sentence(solver):
         found = integrate(chain, start, times, solver).states[:, :, 0]
     except InputError as error:
         assert str(error).endswith(".")
-        assert isinstance(solver, Explicit), "a stiff solver must not refuse it"
+        assert solver.method == "RK45", "a stiff solver must not refuse it"
         return
     assert np.isfinite(found).all()
     assert SOFT * np.abs(found[:, 0] - exact[:, 0]).max() < 0.02

@@ -10,7 +10,7 @@ import pytest
 
 from forcelab.jobs import finish
 from forcelab.simulation.scene import TASKS
-from forcelab.simulation.tasks import RATE, actions_of, perform_job, scene_of, vocabulary
+from forcelab.simulation.tasks import RATE, perform_job, scene_of, vocabulary
 from forcelab.simulation.tasks.choreography import Choreography
 from forcelab.simulation.tasks.plays import PLAYS
 from forcelab.simulation.tasks.recipe import recipe
@@ -112,12 +112,12 @@ def test_a_scene_depends_on_seed_and_number_only(task):
 @pytest.mark.parametrize("task", TASKS)
 def test_the_vocabulary_names_every_action_of_the_task_in_its_colour_of_all_tasks(task):
     words = vocabulary(task)
-    assert tuple(action.name for action in words.actions) == actions_of(task)
+    assert tuple(action.name for action in words.actions) == recipe(task).actions
     assert [action.key for action in words] == list(KEYS[: len(words)])
     assert all(action.texture == 0 for action in words)
     for other in TASKS:
         for action in vocabulary(other).actions:
-            if action.name in actions_of(task):
+            if action.name in recipe(task).actions:
                 assert action.look == words[action.name].look
 
 
@@ -130,7 +130,7 @@ def test_the_actions_have_the_order_of_the_task_without_gaps(performance):
         ORDERS[performance.scene.task], order_of(action.action for action in actions)
     )
     assert all(a.end == b.start and a.action != b.action for a, b in pairwise(actions))
-    assert {action.action for action in actions} <= set(actions_of(performance.scene.task))
+    assert {action.action for action in actions} <= set(recipe(performance.scene.task).actions)
     assert min(action.duration for action in actions) >= 0.02
     assert 2.0 < performance.motion.times[-1] < 25.0
 

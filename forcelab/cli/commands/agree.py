@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from forcelab.cli.options import add_json, add_project, add_task, name_of
-from forcelab.cli.output import print_result, printable, progress_bar, table
+from forcelab.cli.output import interval_cells, print_result, printable, progress_bar, table
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import Interval
@@ -139,16 +139,7 @@ def _places(pair: PairAgreement, names: dict[str, str]) -> list[str]:
     if not places:
         return ["  they differ nowhere"]
     rows = [["  longest differences", "from s", "to s", pair.a, pair.b]]
-    rows += [
-        [
-            f"  {names[place.demonstration]}",
-            f"{place.start:.3f}",
-            f"{place.end:.3f}",
-            place.human or "-",
-            place.predicted or "-",
-        ]
-        for place in places[:WORST]
-    ]
+    rows += [[f"  {names[p.demonstration]}", *interval_cells(p)] for p in places[:WORST]]
     more = len(places) - WORST
     lines = table(rows, right=(1, 2)).split("\n")
     return [*lines, *([f"  and {counted(more, 'more place')}"] * (more > 0))]

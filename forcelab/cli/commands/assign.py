@@ -82,10 +82,8 @@ def _assign(project: Project, id_: str, arguments: argparse.Namespace) -> None:
 
 
 def _row(assignment: Assignment, info: DemonstrationInfo) -> list[str]:
-    assigned, done = (
-        "-" if time is None else f"{time:%Y-%m-%d %H:%M}"
-        for time in (assignment.assigned, assignment.done)
-    )
+    assigned = f"{assignment.assigned:%Y-%m-%d %H:%M}"
+    done = "-" if assignment.done is None else f"{assignment.done:%Y-%m-%d %H:%M}"
     blinding = "blind" if assignment.blind else "open"
     return [info.task, info.name, assignment.author, blinding, assigned, done]
 

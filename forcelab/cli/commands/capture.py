@@ -57,7 +57,7 @@ from forcelab.capture.save import (
     unfinished_journals,
 )
 from forcelab.cli.interrupts import uninterrupted
-from forcelab.cli.options import PROJECT, UsageError, add_json, add_task
+from forcelab.cli.options import PROJECT, UsageError, add_file, add_json, add_task
 from forcelab.cli.output import (
     clear_line,
     json_text,
@@ -84,6 +84,8 @@ from forcelab.text import counted
 NOTHING_FOUND = "No serial port and no camera is plugged in, or this user may not see them."
 #: What is said where the system does not tell what cameras there are.
 UNLISTED = "Cameras are not listed on this system; name one by its number, such as --camera 0."
+#: Seconds between two looks at how it goes, and at what a recogniser makes of it.
+STATUS_INTERVAL, RECOGNITION_INTERVAL = 0.1, 0.02
 
 
 def list_devices(arguments: argparse.Namespace) -> None:
@@ -222,10 +224,6 @@ def recognition_summary(figures: dict[str, Any]) -> str:
     return f"{track_summary(figures)}, {late}, {100 * figures['cpu']:.1f} % of a core."
 
 
-#: Seconds between two looks at how it goes, and at what a recogniser makes of it.
-LOOK, BLOCK = 0.1, 0.02
-
-
 def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("project", metavar="PROJECT", type=Path, nargs="?", help=PROJECT)
     group = parser.add_argument_group("what is recorded")
@@ -250,11 +248,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--seconds", metavar="N", type=float, help="how long to record (until Ctrl+C)"
     )
     group = parser.add_argument_group("live recognition")
-    group.add_argument(
+    add_file(
+        group,
         "--recogniser",
-        metavar="FILE",
-        type=Path,
-        help="label the recording live with a recogniser that train wrote; its track is kept",
+        "label the recording live with a recogniser that train wrote; its track is kept",
     )
     group.add_argument(
         "--latency",
@@ -321,7 +318,8 @@ def _record(arguments: argparse.Namespace, devices: Sequence[Device]) -> int:
             outlet = LabelOutlet(stream, recogniser.actions) if stream else None
             live = LiveRecognition(recogniser, name, latency, recorder, outlet)
         _ready(arguments.project)
-        for sentence in _warnings(devices, live):
+        raw = [uncalibrated_warning(device.name) for device in devices if sends_raw_counts(device)]
+        for sentence in raw if live is None else [*raw, *live.remarks]:
             print_remark(sentence)
         name = recorder.start(arguments.task, arguments.name)
         if live is not None:
@@ -371,12 +369,6 @@ def _naming_journal(recorder: Recorder) -> Iterator[None]:
         ) from error
 
 
-def _warnings(devices: Sequence[Device], live: LiveRecognition | None) -> list[str]:
-    """What is to be known before it is recorded: forces without a unit, or not the learnt one."""
-    warnings = [uncalibrated_warning(device.name) for device in devices if sends_raw_counts(device)]
-    return warnings if live is None else [*warnings, *live.remarks]
-
-
 def _ready(path: Path) -> None:
     """Make the project where there is none, and tell of recordings that were not finished."""
     if Project.vacant(path):
@@ -397,10 +389,10 @@ def _watch(
     until = time.monotonic() + (math.inf if seconds is None else seconds)
     shown_at = -math.inf
     while (left := until - time.monotonic()) > 0:
-        time.sleep(min(LOOK if recognition is None else BLOCK, left))
+        time.sleep(min(STATUS_INTERVAL if recognition is None else RECOGNITION_INTERVAL, left))
         if recognition is not None:
             recognition.look()
-        if time.monotonic() - shown_at < LOOK:
+        if time.monotonic() - shown_at < STATUS_INTERVAL:
             continue
         shown_at = time.monotonic()
         for sentence in recorder.remarks():

@@ -86,7 +86,6 @@ def _make_project(arguments: argparse.Namespace) -> None:
     with Project.open(path) as project:
         infos, recognisers = project.demonstrations.infos(), project.runs.recognisers()
         tasks = project.demonstrations.tasks()
-    filmed = any(info.has_video for info in infos)
     content = {
         "project": str(path),
         "made": created,
@@ -95,13 +94,21 @@ def _make_project(arguments: argparse.Namespace) -> None:
         "recognisers": [recogniser.name for recogniser in recognisers],
     }
     folder = shlex.quote(str(path))
+    labelled = [f"{coder} labelled {_listed(numbers)}" for coder, numbers in LABELLED.items()]
+    videos = "There are no videos; 'forcelab demo' makes thirty demonstrations with videos."
+    if any(info.has_video for info in infos):
+        videos = (
+            f"The video of number {_listed(UNSYNCHRONISED)} of each task is not synchronised; "
+            f"its two taps are there for that."
+        )
     state = f"Made {path}" if created else f"{path} is there already"
     text = (
         f"{state}: {counted(len(infos), 'demonstration')} of {counted(len(tasks), 'task')} "
         f"({', '.join(tasks)}), {counted(len(recognisers), 'recogniser')}.\n"
         f"\n"
-        f"All of it is simulated. {_labelled()}\n"
-        f"{_videos(filmed)}\n"
+        f"All of it is simulated. Of each task {', '.join(labelled)}; {_listed(UNLABELLED)} is "
+        f"left to you.\n"
+        f"{videos}\n"
         f"\n"
         f"Next:\n"
         f"  forcelab gui {folder}\n"
@@ -110,20 +117,6 @@ def _make_project(arguments: argparse.Namespace) -> None:
         f"--figure pairs.svg"
     )
     print_result(arguments.json, content, text)
-
-
-def _labelled() -> str:
-    parts = [f"{coder} labelled {_listed(numbers)}" for coder, numbers in LABELLED.items()]
-    return f"Of each task {', '.join(parts)}; {_listed(UNLABELLED)} is left to you."
-
-
-def _videos(filmed: bool) -> str:
-    if not filmed:
-        return "There are no videos; 'forcelab demo' makes thirty demonstrations with videos."
-    return (
-        f"The video of number {_listed(UNSYNCHRONISED)} of each task is not synchronised; "
-        f"its two taps are there for that."
-    )
 
 
 def _listed(numbers: tuple[int, ...]) -> str:

@@ -34,7 +34,14 @@ from typing import Any
 from joblib import cpu_count
 
 from forcelab.cli.files import check_figure, check_outputs, output_file, save_figure
-from forcelab.cli.options import UsageError, add_project, add_scheduler, join_scheduler, name_of
+from forcelab.cli.options import (
+    UsageError,
+    add_file,
+    add_project,
+    add_scheduler,
+    join_scheduler,
+    name_of,
+)
 from forcelab.cli.output import (
     STANDARD_OUTPUT,
     print_remark,
@@ -51,14 +58,14 @@ from forcelab.frames import score_rows
 from forcelab.io import write_atomically
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.recognition.intervals import METHOD, METRICS, Intervals
-from forcelab.recognition.metrics import Scores
+from forcelab.recognition.intervals import METHOD, Intervals
+from forcelab.recognition.metrics import METRICS, Scores
 from forcelab.recognition.project_runs import TaskEvaluations, evaluate_tasks_job
 from forcelab.recognition.results import Evaluation
 from forcelab.text import counted, percent
 
 #: The columns before the metrics.
-FIRST = ("evaluation", "stage", "row", "demonstration")
+KEY_COLUMNS = ("evaluation", "stage", "row", "demonstration")
 
 
 def write_table(path: Path, evaluated: TaskEvaluations) -> None:
@@ -69,7 +76,7 @@ def write_table(path: Path, evaluated: TaskEvaluations) -> None:
     """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow((*FIRST, *METRICS))
+    writer.writerow((*KEY_COLUMNS, *METRICS))
     for _, evaluation in evaluated.evaluations:
         for *words, values in score_rows(evaluation):
             writer.writerow((*map(quoted_text, (evaluation.title, *words)), *values))
@@ -145,20 +152,15 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="as if it came live, each label so long after its force; keeps no run",
     )
     group = parser.add_argument_group("output")
-    group.add_argument(
-        "--json", metavar="FILE", type=Path, help="write settings and all scores; - prints them"
-    )
-    group.add_argument(
+    add_file(group, "--json", "write settings and all scores; - prints them")
+    add_file(
+        group,
         "--figure",
-        metavar="FILE",
-        type=Path,
-        help="draw the timeline pairs (.svg, .pdf or .png); - prints the SVG, and the scores go to "
+        "draw the timeline pairs (.svg, .pdf or .png); - prints the SVG, and the scores go to "
         "standard error; so with --confusion and --table",
     )
-    group.add_argument("--confusion", metavar="FILE", type=Path, help="draw the confusion matrix")
-    group.add_argument(
-        "--table", metavar="FILE", type=Path, help="write all scores as a table (.csv)"
-    )
+    add_file(group, "--confusion", "draw the confusion matrix")
+    add_file(group, "--table", "write all scores as a table (.csv)")
     group = parser.add_argument_group("computing")
     group.add_argument(
         "--jobs", metavar="N", type=int, help="processes to share the work (default: all cores)"
@@ -206,7 +208,8 @@ def run(arguments: argparse.Namespace) -> None:
     # Names made from the tasks are known only now.
     _check_outputs(arguments, [*pairs, *matrices])
     try:
-        _draw_pairs(evaluated, pairs)
+        for (_, evaluation), file in zip(evaluated.evaluations, pairs, strict=False):
+            save_figure(evaluation.plot(), file)
         _draw_confusion(evaluated, matrices)
         if arguments.table is not None:
             with output_file(arguments.table, ".csv") as file:
@@ -351,12 +354,6 @@ def _file_for_each(evaluated: TaskEvaluations, path: Path | None) -> list[Path]:
         [f"{path.stem}-{evaluation.title}" for _, evaluation in evaluated.evaluations]
     )
     return [path.with_name(name + path.suffix) for name in names]
-
-
-def _draw_pairs(evaluated: TaskEvaluations, files: list[Path]) -> None:
-    """Draw the timeline pairs in the colours that they have in the window."""
-    for (_, evaluation), file in zip(evaluated.evaluations, files, strict=True) if files else ():
-        save_figure(evaluation.plot(), file)
 
 
 def _draw_confusion(evaluated: TaskEvaluations, files: list[Path]) -> None:

@@ -47,7 +47,7 @@ from forcelab.errors import InputError
 from forcelab.formats.export import FORMATS, exporting
 from forcelab.formats.samples import Prediction
 from forcelab.jobs import finish
-from forcelab.project import Project
+from forcelab.project import DemonstrationInfo, Project
 from forcelab.text import counted
 
 
@@ -55,10 +55,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_project(parser)
     places = parser.add_mutually_exclusive_group(required=True)
     places.add_argument(
-        "--out",
-        metavar="DIR",
-        type=Path,
-        help="folder to write into; - prints a single file",
+        "--out", metavar="DIR", type=Path, help="folder to write into; - prints a single file"
     )
     places.add_argument(
         "--into",
@@ -67,12 +64,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="dataset whose episodes were labelled (with --format lerobot); it is replaced as a "
         "whole or stays as it is",
     )
-    parser.add_argument(
-        "--format",
-        choices=FORMATS,
-        default="csv",
-        help="what to write (csv)",
-    )
+    parser.add_argument("--format", choices=FORMATS, default="csv", help="what to write (csv)")
     group = parser.add_argument_group("what is written")
     add_task(group, "only this; may be repeated", action="append")
     group.add_argument("--demo", metavar="NAME", action="append", help="only this; may be repeated")
@@ -91,23 +83,26 @@ def run(arguments: argparse.Namespace) -> None:
     else:
         written = [str(path) for path in _export(arguments, arguments.out or arguments.into)]
         print_result(arguments.json, {"written": written}, "\n".join(written))
-    if bare := 0 if arguments.format == "archive" else _count_unlabelled(arguments):
+    if arguments.format == "archive":
+        return
+    authors = arguments.author
+    infos = _infos(arguments)
+    if bare := sum(not {*info.authors}.intersection(authors or info.authors) for info in infos):
         what = f"{counted(bare, 'demonstration')} {'has' if bare == 1 else 'have'} no labels"
-        print_remark(f"{what}{' by these authors' if arguments.author else ''} yet.")
+        print_remark(f"{what}{' by these authors' if authors else ''} yet.")
 
 
 def _export(arguments: argparse.Namespace, out: Path) -> tuple[Path, ...]:
-    ids = _ids(arguments) if arguments.task or arguments.demo else None
-    return finish(
-        exporting(
-            arguments.project,
-            out,
-            arguments.format,
-            ids,
-            authors=arguments.author,
-            predictions=_predictions,
-        )
+    ids = {info.id for info in _infos(arguments)} if arguments.task or arguments.demo else None
+    job = exporting(
+        arguments.project,
+        out,
+        arguments.format,
+        ids,
+        authors=arguments.author,
+        predictions=_predictions,
     )
+    return finish(job)
 
 
 def _predictions(project: Project) -> Mapping[str, Prediction]:
@@ -134,29 +129,17 @@ def _print(arguments: argparse.Namespace) -> None:
         print_file(files[0])
 
 
-def _count_unlabelled(arguments: argparse.Namespace) -> int:
-    """How many of the chosen demonstrations none of the chosen authors labelled."""
-    ids = _ids(arguments)
-    with Project.open(arguments.project) as project:
-        infos = [info for info in project.demonstrations.infos() if info.id in ids]
-    wanted = arguments.author
-    return sum(
-        not (info.authors if wanted is None else {*info.authors} & {*wanted}) for info in infos
-    )
-
-
-def _ids(arguments: argparse.Namespace) -> set[str]:
+def _infos(arguments: argparse.Namespace) -> list[DemonstrationInfo]:
     """The demonstrations of the requested tasks and names, each of which narrows the other."""
     with Project.open(arguments.project) as project:
-        infos = project.demonstrations.infos()
+        infos = list(project.demonstrations.infos())
         for task in arguments.task or ():
             project.demonstrations.check_task(task)
         if arguments.task:
-            infos = tuple(info for info in infos if info.task in arguments.task)
-        ids = {info.id for info in infos}
+            infos = [info for info in infos if info.task in arguments.task]
         if not arguments.demo:
-            return ids
-        named = set[str]()
+            return infos
+        ids, named = {info.id for info in infos}, set[str]()
         for name in arguments.demo:
             # A name of several tasks is clear in one of them.
             same = {info.id for info in infos if arguments.task and info.name == name}
@@ -167,4 +150,4 @@ def _ids(arguments: argparse.Namespace) -> set[str]:
                     f"'{name}' is not of {tasks}; leave out --task, or choose its own."
                 )
             named |= found
-    return named
+    return [info for info in infos if info.id in named]

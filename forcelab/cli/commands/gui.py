@@ -21,7 +21,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from forcelab.cli.interrupts import uninterrupted
-from forcelab.cli.options import UsageError, add_author
+from forcelab.cli.options import UsageError, add_author, add_file
 from forcelab.cli.output import STANDARD_OUTPUT, printable
 from forcelab.errors import InputError
 from forcelab.gui.launch_options import DIALOGS, REVIEW_PAGES, LaunchOptions
@@ -53,12 +53,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--theme", choices=("light", "dark", "system"), help="colours (as chosen in the window)"
     )
     add_author(group, "the coder (the last one who labelled in the project)")
-    group.add_argument(
-        "--screenshot",
-        metavar="FILE",
-        type=Path,
-        help="draw the window into this .png; - is standard output",
-    )
+    add_file(group, "--screenshot", "draw the window into this .png; - is standard output")
     group.add_argument(
         "--dialog",
         metavar=("NAME", "FILE"),

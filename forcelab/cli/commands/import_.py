@@ -45,9 +45,11 @@ from forcelab.cli.options import (
     UsageError,
     add_author,
     add_column_options,
+    add_file,
     add_json,
     add_project,
     add_task,
+    columns_from,
 )
 from forcelab.cli.output import print_result, printable, progress_bar
 from forcelab.cli.project_hints import hint_at_new_names
@@ -80,12 +82,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         choices=format_names(),
         help="read the files as this, whatever their content suggests",
     )
-    group.add_argument(
-        "--calibration",
-        metavar="FILE",
-        type=Path,
-        help="TOML file that turns an OptoForce dump's counts into newtons",
-    )
+    add_file(group, "--calibration", "TOML file that turns an OptoForce dump's counts into newtons")
     group.add_argument(
         "--episodes",
         metavar="0-9,12",
@@ -128,18 +125,13 @@ def run(arguments: argparse.Namespace) -> int:
         task=arguments.task,
         author=arguments.author,
         rate=arguments.rate,
-        time=arguments.time,
         label=labels[0],
-        counter=arguments.counter,
-        leave_out=tuple(arguments.leave_out),
-        units=tuple(arguments.unit),
-        signals=tuple(arguments.signal),
         videos=arguments.videos,
         strict=arguments.strict,
-        jitter=arguments.jitter,
         format=arguments.format,
         calibration=arguments.calibration,
         episodes=parse_episodes(arguments.episodes),
+        **columns_from(arguments),
     )
     with hint_at_new_names(arguments.project), progress_bar() as watch:
         job = importing(arguments.project, arguments.files, options)

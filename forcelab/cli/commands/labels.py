@@ -28,7 +28,8 @@ named. Labels that an author has already stay unless --replace is given, which t
 it changes and can be undone.
 Labels that lie beyond the demonstration or belong nowhere are left out with a sentence.
 So is a whole file in which one row overlaps another of its author, or ends before it
-starts. The exit status is then 1.
+starts; of BORIS only that observation, as where a state event has no partner. The exit
+status is then 1.
 
 for example:
   forcelab labels lab.forcelab corrected/*.eaf --replace

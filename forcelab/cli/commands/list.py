@@ -20,7 +20,7 @@ from forcelab.project import DemonstrationInfo, Note, Project, left_to_label
 from forcelab.text import counted, name_alike
 
 #: Letters of a demonstration's notes.
-NOTES = 60
+NOTES_WIDTH = 60
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -74,7 +74,8 @@ def run(arguments: argparse.Namespace) -> None:
         rows[0].append("notes")
         for row, info in zip(rows[1:], infos, strict=True):
             texts = "; ".join(f"{note.author}: {note.text}" for note in notes[info.id])
-            row.append(shorten(texts, NOTES, placeholder="…"))  # `forcelab note` has them whole
+            # `forcelab note` has them whole.
+            row.append(shorten(texts, NOTES_WIDTH, placeholder="…"))
     print(table(rows, right=[2, 3, 4]))
     for info in infos:
         if len(info.videos) > 1:

@@ -22,12 +22,19 @@ from __future__ import annotations
 
 import argparse
 import tempfile
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from importlib import import_module
 from pathlib import Path
 
 from forcelab.cli.files import check_figure, check_outputs, save_figure
-from forcelab.cli.options import UsageError, add_author, add_scheduler, add_task, join_scheduler
+from forcelab.cli.options import (
+    UsageError,
+    add_author,
+    add_file,
+    add_scheduler,
+    add_task,
+    join_scheduler,
+)
 from forcelab.cli.output import STANDARD_OUTPUT, printable, progress_bar, report, table
 from forcelab.errors import ForcelabError
 from forcelab.jobs import Progress, finish
@@ -58,14 +65,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="leave out one demonstration at a time, however many there are",
     )
     group = parser.add_argument_group("output")
-    group.add_argument(
-        "--json", metavar="FILE", type=Path, help="write the rows as JSON; - prints them"
-    )
-    group.add_argument(
+    add_file(group, "--json", "write the rows as JSON; - prints them")
+    add_file(
+        group,
         "--figure",
-        metavar="FILE",
-        type=Path,
-        help="draw error against time, where it has errors (.svg, .pdf or .png); - prints the SVG",
+        "draw error against time, where it has errors (.svg, .pdf or .png); - prints the SVG",
     )
     parser.add_argument(
         "--extremes",
@@ -166,25 +170,16 @@ def _measure_all(arguments: argparse.Namespace) -> None:
     """Measure one thing after the other; what cannot be measured here is told by its name."""
     texts, tables, skipped = [], {}, {}
     for module in MODULES:
-        with progress_bar(f"measuring {module}") as watch:
-            measured, why = _try_job(_job(module, arguments), watch)
-        if measured is None:
-            skipped[module] = why
+        try:
+            with progress_bar(f"measuring {module}") as watch:
+                measured = finish(_job(module, arguments), watch)
+        except ForcelabError as error:
+            skipped[module] = str(error)
             continue
         texts.append(table_text(measured))
         tables[module] = measured.to_json()
     texts += [f"Skipped: {module}: {why}" for module, why in skipped.items()]
     report("\n\n".join(texts), {"tables": tables, "skipped": skipped}, arguments.json)
-
-
-def _try_job(
-    job: Generator[Progress, None, Table], watch: Callable[[Progress], None]
-) -> tuple[Table | None, str]:
-    """What was measured, or why it could not be."""
-    try:
-        return finish(job, watch), ""
-    except ForcelabError as error:
-        return None, str(error)
 
 
 def _extremes(arguments: argparse.Namespace) -> None:

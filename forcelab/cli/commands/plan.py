@@ -15,10 +15,9 @@ import argparse
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
-from forcelab.cli.options import UsageError, add_demonstration, add_json, add_project
+from forcelab.cli.options import UsageError, add_demonstration, add_file, add_json, add_project
 from forcelab.cli.output import json_text, printable, progress_bar, table
 from forcelab.cli.settings_options import add_changes, settings_from
 from forcelab.demonstration import Channel, Demonstration
@@ -56,9 +55,7 @@ class Part:
 def add_options(parser: argparse.ArgumentParser) -> None:
     add_project(parser)
     add_demonstration(parser)
-    parser.add_argument(
-        "--recogniser", metavar="FILE", type=Path, help="use a recogniser's settings"
-    )
+    add_file(parser, "--recogniser", "use a recogniser's settings")
     parser.add_argument("--measure", action="store_true", help="time and memory, taken and saved")
     parser.set_defaults(merge=None)
     add_changes(parser)

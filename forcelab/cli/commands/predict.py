@@ -15,7 +15,7 @@ import sys
 from pathlib import Path
 
 from forcelab.cli.files import check_outputs, demonstrations_in
-from forcelab.cli.options import add_column_options, add_json, path_of
+from forcelab.cli.options import add_column_options, add_file, add_json, columns_from, path_of
 from forcelab.cli.output import STANDARD_OUTPUT, json_text, print_remark
 from forcelab.errors import InputError
 from forcelab.formats.output_folder import file_names, output_folder
@@ -42,9 +42,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         help="recordings or projects; - is a recording from standard input",
     )
-    parser.add_argument(
-        "--out", metavar="FILE", type=Path, help="file (-, standard output), or folder for several"
-    )
+    add_file(parser, "--out", "file (-, standard output), or folder for several")
     group = parser.add_argument_group("how recordings are read")
     group.add_argument(
         "--rate", metavar="HZ", type=float, help="of recordings without a column of times"
@@ -66,15 +64,7 @@ def run(arguments: argparse.Namespace) -> None:
         check_outputs([out, STANDARD_OUTPUT if arguments.json else None], inputs)
     recogniser = load_recogniser(arguments.recogniser)
     author = model_author(arguments.recogniser.stem)
-    options = ReadOptions(
-        rate=arguments.rate,
-        time=arguments.time,
-        counter=arguments.counter,
-        leave_out=tuple(arguments.leave_out),
-        units=tuple(arguments.unit),
-        signals=tuple(arguments.signal),
-        jitter=arguments.jitter,
-    )
+    options = ReadOptions(rate=arguments.rate, **columns_from(arguments))
     tracks: list[tuple[str, Track]] = []
     for demonstration, remarks in demonstrations_in(arguments.sources, options):
         # First, as it names the demonstration that lacks a channel.

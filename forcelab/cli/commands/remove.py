@@ -29,7 +29,7 @@ from forcelab.text import amount, counted, listed, percent
 #: How many things a sentence names one by one.
 NAMED = 8
 #: Digits of an id that tell a recogniser, and that stand for its name where that is damaged.
-SHORTEST, NAME = 6, 8
+SHORTEST_PREFIX, SHORT_ID = 6, 8
 
 
 @dataclass
@@ -184,13 +184,15 @@ def _ask_recognisers(project: Project, keys: Sequence[str], removal: _Removal) -
 
 def _recognisers(project: Project, keys: Sequence[str]) -> dict[str, str]:
     """Ids of the recognisers that are meant, and their names; two runs may share one."""
-    names = {id_: id_[:NAME] for id_ in project.runs.recogniser_bytes()}
+    names = {id_: id_[:SHORT_ID] for id_ in project.runs.recogniser_bytes()}
     with contextlib.suppress(InputError):  # a damaged one can be removed, too
         names |= {r.id: r.name for r in project.runs.recognisers()}
     chosen = {}
     for key in keys:
         matches = [
-            id_ for id_ in names if id_ == key or (len(key) >= SHORTEST and id_.startswith(key))
+            id_
+            for id_ in names
+            if id_ == key or (len(key) >= SHORTEST_PREFIX and id_.startswith(key))
         ]
         if len(matches) != 1:
             how_many = "more than one" if matches else "no"

@@ -15,13 +15,12 @@ import shlex
 import time
 from collections.abc import Sequence
 from contextlib import suppress
-from pathlib import Path
 
 from forcelab.capture.device_names import quote_value
 from forcelab.capture.optoforce import speed_code
 from forcelab.capture.replay import Board, Replay, Sensor, extract_board, extract_sensors
 from forcelab.cli.interrupts import interruptible
-from forcelab.cli.options import UsageError, add_demonstration, add_json, add_project
+from forcelab.cli.options import UsageError, add_demonstration, add_file, add_json, add_project
 from forcelab.cli.output import json_text, printable
 from forcelab.errors import InputError
 from forcelab.formats.calibration import read_calibrations
@@ -30,9 +29,9 @@ from forcelab.resources import asset
 from forcelab.text import counted
 
 #: Seconds between two looks at whether all has been played.
-LOOK = 0.1
+POLL_INTERVAL = 0.1
 #: Seconds that readers have for the last samples before the ports are gone.
-LAST = 0.3
+GRACE = 0.3
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -55,12 +54,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         default=1.0,
         help="pause between the opening of the last port and the start (1)",
     )
-    parser.add_argument(
-        "--calibration",
-        metavar="FILE",
-        type=Path,
-        help="TOML file of newtons per count (a sensor of 40 N)",
-    )
+    add_file(parser, "--calibration", "TOML file of newtons per count (a sensor of 40 N)")
     add_json(parser)
 
 
@@ -95,9 +89,9 @@ def run(arguments: argparse.Namespace) -> None:
                 f"{replay.seconds + arguments.lead:.0f}",
                 flush=True,
             )
-        while not replay.ended(LOOK):
+        while not replay.ended(POLL_INTERVAL):
             pass
-        time.sleep(LAST)
+        time.sleep(GRACE)
     overrun = sum(device.overrun for device in replay.devices)
     if overrun and not arguments.json:
         print(f"{counted(overrun, 'byte')} were lost, as nobody read them.")

@@ -15,7 +15,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 
 from forcelab.cli.options import UsageError, add_json, add_project, add_task, name_of
-from forcelab.cli.output import print_result, printable, table
+from forcelab.cli.output import interval_cells, print_result, printable, table
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import means_unlabelled
@@ -73,11 +73,8 @@ def run(arguments: argparse.Namespace) -> None:
         queue = review_queue(project, outcome, invented=True)
     kinds = tuple(dict.fromkeys(arguments.kind or USUAL))
     sections = {kind: getattr(queue, kind)[: arguments.limit] for kind in kinds}
-    print_result(
-        arguments.json,
-        _json_content(outcome, queue, sections),
-        _tables(outcome, queue, sections),
-    )
+    compared = outcome, queue, sections
+    print_result(arguments.json, _json_content(*compared), _tables(*compared))
 
 
 def _outcome(project: Project, number: int | None, task: str | None) -> RunResult:
@@ -119,17 +116,7 @@ def _print_cell(
         ],
     }
     rows = [["demonstration", "s", "", "human", "model", "confidence"]]
-    rows += [
-        [
-            names[place.demonstration],
-            f"{place.start:.3f}",
-            f"{place.end:.3f}",
-            place.human or "-",
-            place.predicted or "-",
-            percent(place.confidence),
-        ]
-        for place in places
-    ]
+    rows += [[names[p.demonstration], *interval_cells(p), percent(p.confidence)] for p in places]
     text = (
         f"Run {outcome.number}, {printable(outcome.title)}: {counted(number, 'place')}, "
         f"{seconds:.2f} s, that {printable(outcome.author)} labelled '{printable(human)}' and "
@@ -148,10 +135,7 @@ def _tables(outcome: RunResult, queue: Queue, sections: dict[str, Sequence[Diffe
         [
             KINDS[kind],
             names[d.demonstration],
-            f"{d.start:.3f}",
-            f"{d.end:.3f}",
-            d.human or "-",
-            d.predicted or "-",
+            *interval_cells(d),
             percent(d.confidence),
             percent(d.suspicion or None),
         ]

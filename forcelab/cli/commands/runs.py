@@ -18,7 +18,8 @@ from typing import Any
 from forcelab.cli.options import add_json, add_project
 from forcelab.cli.output import print_result, printable, table
 from forcelab.project import Project, RunSummary, RunUse
-from forcelab.recognition.intervals import METHOD, METRICS, look_up
+from forcelab.recognition.intervals import METHOD
+from forcelab.recognition.metrics import METRICS, look_up
 from forcelab.recognition.presets import PRESETS
 from forcelab.recognition.results import STAGES, run_title
 from forcelab.review.run_comparison import Comparison, as_text, compare_runs
@@ -114,23 +115,17 @@ def _comparison_text(comparison: Comparison) -> str:
         f"Run {first.number} ({printable(first.title)}) and {second.number} "
         f"({printable(second.title)})"
     ]
+    numbers = [f"run {first.number}", f"run {second.number}"]
     if comparison.settings:
-        header = ["asked for", f"run {first.number}", f"run {second.number}"]
-        parts.append(table([header, *map(list, comparison.settings)]))
+        parts.append(table([["asked for", *numbers], *map(list, comparison.settings)]))
     if not comparison.pairs:
         parts.append("They tested no demonstration in common, so there are no scores to compare.")
         return "\n\n".join(parts)
     for stage in STAGES:
-        header = [
-            stage,
-            f"run {first.number}",
-            f"run {second.number}",
-            "difference",
-            "95 % interval",
-        ]
+        header = [stage, *numbers, "difference", "95 % interval"]
         rows = [_line(comparison, stage, metric) for metric in METRICS if "events" not in metric]
         parts.append(table([header, *rows], right=range(1, 5)))
-    rows = [["demonstration, filtered accuracy", *header[1:4]]]
+    rows = [["demonstration, filtered accuracy", *numbers, "difference"]]
     for pair in comparison.pairs:
         before, after = (look_up(r.scores.get("filtered", {}), "accuracy") for r in pair)
         difference = _difference_text(before, after)

@@ -73,8 +73,7 @@ def run(arguments: argparse.Namespace) -> None:
         stored = bool(by_hand or arguments.accept)
         if stored:
             project.media.set_video_clock(demonstration.id, clock, video.name)
-    result = demonstration, video, clock, proposal, stored
-    print_result(arguments.json, _content(*result), _result_text(*result))
+    _print(demonstration, video, clock, proposal, stored, as_json=arguments.json)
 
 
 def _refusal(demonstration: Demonstration, video: VideoReference, proposal: Proposal) -> str:
@@ -92,13 +91,15 @@ def _options(clock: ClockMap, before: ClockMap) -> str:
     return f"--offset {clock.offset:.4f}{rate}"
 
 
-def _content(
+def _print(
     demonstration: Demonstration,
     video: VideoReference,
     clock: ClockMap,
     proposal: Proposal | None,
     stored: bool,
-) -> dict[str, Any]:
+    *,
+    as_json: bool,
+) -> None:
     content: dict[str, Any] = {
         "demonstration": demonstration.name,
         "id": demonstration.id,
@@ -107,20 +108,6 @@ def _content(
         "clock": {"offset": clock.offset, "rate": clock.rate},
         "stored": stored,
     }
-    if proposal is not None:
-        content["confidence"] = proposal.confidence
-        content["residual"] = proposal.residual
-        content["taps"] = [{"video": tap, "force": force} for tap, force in proposal.taps]
-    return content
-
-
-def _result_text(
-    demonstration: Demonstration,
-    video: VideoReference,
-    clock: ClockMap,
-    proposal: Proposal | None,
-    stored: bool,
-) -> str:
     which = f", {video.name}" if len(demonstration.videos) > 1 else ""
     lines = [
         printable(f"{demonstration.name}{which}: the video's clock"),
@@ -128,11 +115,12 @@ def _result_text(
         f"  {'now' if stored else 'proposed':<10}  {_clock(clock)}",
     ]
     if proposal is not None:
-        low = (
-            "  low: look at the frames at a tap; --accept does not take it"
-            if proposal.doubtful
-            else ""
-        )
+        content["confidence"] = proposal.confidence
+        content["residual"] = proposal.residual
+        content["taps"] = [{"video": tap, "force": force} for tap, force in proposal.taps]
+        low = ""
+        if proposal.doubtful:
+            low = "  low: look at the frames at a tap; --accept does not take it"
         lines.append(f"  confidence  {proposal.confidence:.2f}{low}")
         for tap, force in proposal.taps:
             apart = 1000 * (float(clock.to_force(tap)) - force)
@@ -146,7 +134,7 @@ def _result_text(
             if proposal.doubtful:
                 condition, options = "if the frames at a tap fit, ", _options(clock, video.clock)
             lines.append(f"Nothing is stored; {condition}give {options} to store it.")
-    return "\n".join(lines)
+    print_result(as_json, content, "\n".join(lines))
 
 
 def _clock(clock: ClockMap) -> str:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,8 @@ from PySide6.QtGui import QColor, QFont, QPainter, QPen, QPolygonF
 from forcelab.gui.figures import text
 from forcelab.gui.figures.figure import Theme
 
+#: A value or a pixel, or many of them.
+PlacesT = TypeVar("PlacesT", float, NDArray[np.float64])
 #: Height of an axis' numbers and title, in pixels.
 NUMBER = 10.0
 #: Length of a tick mark, and the distance from its end to its number, in pixels.
@@ -52,12 +55,12 @@ class Axis:
     begin: float
     finish: float
 
-    def at(self, value: float) -> float:
+    def at(self, value: PlacesT) -> PlacesT:
         """The pixel of a value."""
         share = (value - self.start) / (self.end - self.start)
         return self.begin + share * (self.finish - self.begin)
 
-    def value(self, pixel: float) -> float:
+    def value(self, pixel: PlacesT) -> PlacesT:
         """The value at a pixel."""
         share = (pixel - self.begin) / (self.finish - self.begin)
         return self.start + share * (self.end - self.start)
@@ -117,6 +120,12 @@ class LogAxis:
         return tuple(zip(values, texts, strict=True))
 
 
+def draw_grid(painter: QPainter, lines: Iterable[QLineF], theme: Theme) -> None:
+    """Draw lines behind the data."""
+    painter.setPen(QPen(QColor(theme.grid), 1.0))
+    painter.drawLines(list(lines))
+
+
 def draw_bottom(
     painter: QPainter,
     axis: Axis | LogAxis,
@@ -159,10 +168,8 @@ def draw_left(
         return
     face = text.font(NUMBER)
     for value, label in marks:
-        ink = QColor(theme.text)
-        text.draw_text(
-            painter, x - MARK - GAP, axis.at(value), label, face=face, ink=ink, align=1.0
-        )
+        y = axis.at(value)
+        text.draw_text(painter, x - MARK - GAP, y, label, face=face, ink=theme.text, align=1.0)
     side = x - MARK - GAP - text.widest((label for _, label in marks), face) - GAP - NUMBER / 2
     middle = (axis.begin + axis.finish) / 2
     text.draw_text_upwards(painter, side, middle, title, face=face, ink=theme.muted, align=0.5)
@@ -174,10 +181,7 @@ CURVE_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
 
 def curve_pen(colour: QColor, thickness: float) -> QPen:
     """A pen for curves, round so that steep corners do not stick out."""
-    pen = QPen(colour, thickness)
-    pen.setCapStyle(Qt.PenCapStyle.RoundCap)
-    pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
-    return pen
+    return QPen(colour, thickness, c=Qt.PenCapStyle.RoundCap, j=Qt.PenJoinStyle.RoundJoin)
 
 
 def paint_curve(
@@ -192,8 +196,8 @@ def paint_curve(
     """Draw a polyline through the points ``(x, y)``, both of shape (n,)."""
     painter.setPen(pen)
     painter.setBrush(Qt.BrushStyle.NoBrush)
-    points = [QPointF(across.at(a), up.at(b)) for a, b in zip(x.tolist(), y.tolist(), strict=True)]
-    painter.drawPolyline(QPolygonF(points))
+    points = zip(across.at(x).tolist(), up.at(y).tolist(), strict=True)
+    painter.drawPolyline(QPolygonF([QPointF(*point) for point in points]))
 
 
 def paint_names(

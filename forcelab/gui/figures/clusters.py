@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QLineF, QRectF, QSizeF
-from PySide6.QtGui import QColor, QPainter, QPen
+from PySide6.QtGui import QColor, QPainter
 
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import (
@@ -16,6 +16,7 @@ from forcelab.gui.figures.axes import (
     Axis,
     curve_pen,
     draw_bottom,
+    draw_grid,
     draw_left,
     paint_curve,
 )
@@ -73,17 +74,16 @@ class ClusterFigure(Figure):
         bar = self.box(row)
         bottom = bar.top() - 6
         middle = bottom - PLOT_HEIGHT - NAME_LINE / 2 - 2
-        caption = text.elided_name(name, text.font(bold=True), PLOT_WIDTH)
-        text.draw_text(
-            painter, LEFT, middle, caption, face=text.font(bold=True), ink=self.theme.text
-        )
+        face = text.font(bold=True)
+        caption = text.elided_name(name, face, PLOT_WIDTH)
+        text.draw_text(painter, LEFT, middle, caption, face=face, ink=self.theme.text)
         low, high = float(self.signal.min()), float(self.signal.max())
         # Room for the thick line, and something to divide by where the signal never changes.
         rim = 0.06 * (high - low) or 1.0
         up = Axis(low - rim, high + rim, bottom, bottom - PLOT_HEIGHT)
-        painter.setPen(QPen(QColor(self.theme.grid), 1.0))
         levels = [up.at(value) for value, _ in up.marks(upright=True)]
-        painter.drawLines([QLineF(LEFT, y, LEFT + PLOT_WIDTH, y) for y in levels])
+        grid = (QLineF(LEFT, y, LEFT + PLOT_WIDTH, y) for y in levels)
+        draw_grid(painter, grid, self.theme)
         draw_left(painter, up, LEFT, "force (N)", self.theme)
         edges = [0, *(np.flatnonzero(np.diff(codes)) + 1).tolist(), len(codes)]
         for first, last in pairwise(edges):

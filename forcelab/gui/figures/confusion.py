@@ -105,10 +105,9 @@ class ConfusionMatrix(Figure):
 
     def paint(self, painter: QPainter) -> None:
         """Draw title, names, cells, totals and the scale of colours."""
-        muted, small = QColor(self.theme.muted), text.font(10)
+        muted, small = self.theme.muted, text.font(10)
         if self.headed:
-            self.paint_title(painter)
-            text.draw_text(painter, MARGIN, MARGIN + 26, self._key, face=small, ink=muted)
+            self.paint_title(painter, self._key)
         middle, margin = self._matrix.center(), self._margin
         x, y = middle.x(), self._predicted_at
         text.draw_text(painter, x, y, "predicted", face=small, ink=muted, align=0.5)
@@ -184,30 +183,19 @@ class ConfusionMatrix(Figure):
 
     def _paint_names(self, painter: QPainter) -> None:
         matrix, face, small = self._matrix, text.font(), text.font(10)
-        last = len(self.actions)
+        right, above, muted = self._totals_right, self._matrix.top() - 13, self.theme.muted
         for column, name in enumerate(self._names):
-            ink = QColor(self.theme.muted if column == last else self.theme.text)
+            ink = muted if column == len(self.actions) else self.theme.text
             x = self.box(0, column).center().x()
             if self._names_upright:
                 text.draw_text_upwards(painter, x, matrix.top() - 8, name, face=face, ink=ink)
             else:
-                text.draw_text(painter, x, matrix.top() - 13, name, face=face, ink=ink, align=0.5)
-        muted = QColor(self.theme.muted)
-        text.draw_text(
-            painter,
-            self._totals_right,
-            matrix.top() - 13,
-            self.total,
-            face=small,
-            ink=muted,
-            align=1.0,
-        )
+                text.draw_text(painter, x, above, name, face=face, ink=ink, align=0.5)
+        text.draw_text(painter, right, above, self.total, face=small, ink=muted, align=1.0)
         for row, (name, total) in enumerate(zip(self._names[:-1], self._totals, strict=True)):
-            y = self.box(row, 0).center().y()
-            text.draw_text(
-                painter, matrix.left() - 10, y, name, face=face, ink=self.theme.text, align=1.0
-            )
-            text.draw_text(painter, self._totals_right, y, total, face=small, ink=muted, align=1.0)
+            left, y, ink = matrix.left() - 10, self.box(row, 0).center().y(), self.theme.text
+            text.draw_text(painter, left, y, name, face=face, ink=ink, align=1.0)
+            text.draw_text(painter, right, y, total, face=small, ink=muted, align=1.0)
 
     def _paint_cells(self, painter: QPainter) -> None:
         """Draw the cells: colour, per cent and count, as much of it as has room."""
@@ -240,8 +228,7 @@ class ConfusionMatrix(Figure):
             x, y = box.center().x(), box.center().y()
             text.draw_text(painter, x, y - up, label, face=face, ink=ink, align=0.5)
             if below:
-                second = below[number]
-                text.draw_text(painter, x, y + 9, second, face=medium, ink=ink, align=0.5)
+                text.draw_text(painter, x, y + 9, below[number], face=medium, ink=ink, align=0.5)
 
     def _paint_bar(self, painter: QPainter) -> None:
         matrix = self._matrix

@@ -8,11 +8,18 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QLineF, QRectF, QSizeF
-from PySide6.QtGui import QColor, QPainter, QPen
+from PySide6.QtGui import QColor, QPainter
 
 from forcelab.demonstration import GAP_PERIODS, Demonstration
 from forcelab.gui.figures import text
-from forcelab.gui.figures.axes import Axis, curve_pen, draw_bottom, draw_left, paint_curve
+from forcelab.gui.figures.axes import (
+    Axis,
+    curve_pen,
+    draw_bottom,
+    draw_grid,
+    draw_left,
+    paint_curve,
+)
 from forcelab.gui.figures.figure import MARGIN, Figure
 from forcelab.gui.figures.tracks import LabelStyle, Legend, paint_track, styles_in_order
 from forcelab.gui.theme import LIGHT, Colours
@@ -75,10 +82,8 @@ class DemonstrationFigure(Figure):
             top = self._channels_top + row * (STRIP + APART)
             low, high = _limits(extremes)
             up = Axis(low, high, top + STRIP, top)
-            painter.setPen(QPen(QColor(self.theme.grid), 1.0))
-            painter.drawLines(
-                [QLineF(self.axis.at(v), top, self.axis.at(v), up.begin) for v in marks]
-            )
+            grid = (QLineF(self.axis.at(v), top, self.axis.at(v), up.begin) for v in marks)
+            draw_grid(painter, grid, self.theme)
             draw_left(painter, up, self.axis.begin, "", self.theme)
             ink = QColor(self.theme.curves[row % len(self.theme.curves)])
             self._paint_name(painter, self._channel_names[row], top + STRIP / 2, ink)

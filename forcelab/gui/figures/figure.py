@@ -27,6 +27,8 @@ from forcelab.io import write_atomically
 PIXELS_PER_INCH = 96
 #: What is left free around a figure, in pixels.
 MARGIN = 24.0
+#: From one remark below the title to the next, in pixels.
+REMARK_LINE = 15.0
 #: Fine enough that no edge in a PDF is moved by more than a hundredth of a pixel.
 PDF_DOTS_PER_INCH = 9600
 #: Qt's limit for the side of an image is 32767.
@@ -82,15 +84,17 @@ class Figure(ABC):
     def paint(self, painter: QPainter) -> None:
         """Draw everything but the background inside ``(0, 0, width, height)``."""
 
-    def paint_title(self, painter: QPainter) -> None:
-        """Draw the title at the top, as much of it as there is room for."""
-        face, ink = text.font(14, bold=True), QColor(self.theme.text)
-        title = text.elided(self.title, face, self.size.width() - 2 * MARGIN)
-        text.draw_text(painter, MARGIN, MARGIN + 6, title, face=face, ink=ink)
+    def paint_title(self, painter: QPainter, *remarks: str) -> None:
+        """Draw the title at the top and remarks below it, as much of each as there is room for."""
+        large, small, room = text.font(14, bold=True), text.font(10), self.size.width() - 2 * MARGIN
+        title = text.elided(self.title, large, room)
+        text.draw_text(painter, MARGIN, MARGIN + 6, title, face=large, ink=self.theme.text)
+        for line, remark in enumerate(remarks):
+            y, fitting = MARGIN + 26 + line * REMARK_LINE, text.elided(remark, small, room)
+            text.draw_text(painter, MARGIN, y, fitting, face=small, ink=self.theme.muted)
 
     def draw(self, painter: QPainter) -> None:
         """Draw the figure with its background, on screen or paper."""
-        text.ensure_application()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setRenderHint(QPainter.RenderHint.TextAntialiasing)
         painter.fillRect(QRectF(0, 0, *_rounded_up(self.size)), QColor(self.theme.background))
@@ -166,9 +170,13 @@ class Figure(ABC):
         return bytes(buffer.data().data())
 
     def _png(self) -> bytes:
-        buffer = _buffer()
-        QImageWriter(buffer, b"PNG").write(self.image())
-        return bytes(buffer.data().data())
+        return encode_png(self.image())
+
+
+def encode_png(image: QImage) -> bytes:
+    buffer = _buffer()
+    QImageWriter(buffer, b"PNG").write(image)
+    return bytes(buffer.data().data())
 
 
 def _rounded_up(size: QSizeF) -> tuple[int, int]:

@@ -10,12 +10,12 @@ from itertools import accumulate
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QLineF, QRectF, QSizeF
-from PySide6.QtGui import QColor, QPainter, QPen
+from PySide6.QtGui import QColor, QPainter
 
 from forcelab.errors import InputError
 from forcelab.gui.figures import text
-from forcelab.gui.figures.axes import Axis, draw_bottom
-from forcelab.gui.figures.figure import LIGHT, MARGIN, Figure, Theme
+from forcelab.gui.figures.axes import Axis, draw_bottom, draw_grid
+from forcelab.gui.figures.figure import LIGHT, MARGIN, REMARK_LINE, Figure, Theme
 from forcelab.gui.figures.tracks import (
     LabelStyle,
     Legend,
@@ -165,7 +165,7 @@ def captions(pair: Pair) -> list[str]:
 
 
 def paint_captions(
-    painter: QPainter, boxes: PairBoxes, pair: Pair, right: float, room: float, ink: QColor
+    painter: QPainter, boxes: PairBoxes, pair: Pair, right: float, room: float, ink: QColor | str
 ) -> None:
     """Write the captions beside their bars, up to a pixel at their right."""
     face = text.font(CAPTION)
@@ -186,7 +186,6 @@ CAPTION_ROOM = 90.0
 AXIS_ROOM = 36.0
 #: Figures higher than this have a time axis at the top as well.
 TALL = 900.0
-KEY_LINE = 15.0
 KEY = "Upper bar: human. Lower bar: predicted. White: unlabelled."
 NOTES = "At the right: accuracy after the filters."
 STRETCHED_NOTE = "Each over the whole width."
@@ -251,13 +250,8 @@ class TimelinePairs(Figure):
 
     def paint(self, painter: QPainter) -> None:
         """Draw title, legend, pairs and time axis."""
-        ink, muted = QColor(self.theme.text), QColor(self.theme.muted)
-        room = self.width - 2 * MARGIN
-        self.paint_title(painter)
-        for line, sentence in enumerate(self._key):
-            key = text.elided(sentence, text.font(10), room)
-            height = MARGIN + 26 + line * KEY_LINE
-            text.draw_text(painter, MARGIN, height, key, face=text.font(10), ink=muted)
+        ink, muted, small = self.theme.text, self.theme.muted, text.font(10)
+        self.paint_title(painter, *self._key)
         self._legend.paint(painter, MARGIN, self._legend_top, self.theme)
         axis = self.axis
         if not self.stretched:
@@ -278,10 +272,8 @@ class TimelinePairs(Figure):
             name = text.elided_name(pair.name, text.font(), edge - MARGIN)
             text.draw_text(painter, edge, middle, name, face=text.font(), ink=ink, align=1.0)
             paint_captions(painter, boxes, pair, axis.begin - 6, CAPTION_ROOM, muted)
-            note = text.elided(pair.note, text.font(10), NOTE_ROOM)
-            text.draw_text(
-                painter, self.width - MARGIN, middle, note, face=text.font(10), ink=muted, align=1.0
-            )
+            note, right = text.elided(pair.note, small, NOTE_ROOM), self.width - MARGIN
+            text.draw_text(painter, right, middle, note, face=small, ink=muted, align=1.0)
         if self.stretched:
             return
         draw_bottom(painter, axis, self._rows_end, "time (s)", self.theme)
@@ -302,7 +294,7 @@ class TimelinePairs(Figure):
     @property
     def _legend_top(self) -> float:
         """Where the legend begins, in pixels."""
-        return MARGIN + 40 + (len(self._key) - 1) * KEY_LINE
+        return MARGIN + 40 + (len(self._key) - 1) * REMARK_LINE
 
     @cached_property
     def _action_styles(self) -> dict[str, LabelStyle]:
@@ -343,7 +335,7 @@ class TimelinePairs(Figure):
         return self._tops[-1] - ROW_GAP + 8
 
     def _paint_grid(self, painter: QPainter, axis: Axis) -> None:
-        painter.setPen(QPen(QColor(self.theme.grid), 1.0))
         top, bottom = self._rows_top - 8, self._rows_end
         marks = axis.marks(upright=False)
-        painter.drawLines([QLineF(axis.at(v), top, axis.at(v), bottom) for v, _ in marks])
+        grid = (QLineF(axis.at(v), top, axis.at(v), bottom) for v, _ in marks)
+        draw_grid(painter, grid, self.theme)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 import re
-import sys
 from collections.abc import Iterable
 from functools import cache, lru_cache
 from itertools import takewhile
@@ -24,7 +23,7 @@ from PySide6.QtGui import (
 )
 
 from forcelab.errors import InputError
-from forcelab.gui.qt_check import require_qt
+from forcelab.gui.qt_check import has_display, require_qt
 
 #: First the face whose widths are the widest: where a viewer of an SVG has to fall back to one of
 #: the others, text gets narrower and still fits.
@@ -43,9 +42,8 @@ def ensure_application() -> QGuiApplication:
     """
     application = QGuiApplication.instance()
     if not isinstance(application, QGuiApplication):
-        shown_somewhere = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
-        if sys.platform.startswith("linux") and not shown_somewhere:
-            os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+        if not has_display():
+            os.environ["QT_QPA_PLATFORM"] = "offscreen"
         application = _application()
     # QFontDatabase.families() lists generic names even where no font stands behind them.
     if not QFontInfo(QFont(list(FAMILIES))).family():

@@ -6,6 +6,7 @@ import math
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from operator import attrgetter
 from typing import TYPE_CHECKING
 
@@ -58,20 +59,20 @@ def fade_overlays(
         return ()
     actions = tuple(dict.fromkeys((*certainty.actions, *(s.action for s in segments))))
     edges = _edges(segments, axis, box)
-    middles = _times((edges[1:] + edges[:-1]) / 2, axis)
+    middles = axis.value((edges[1:] + edges[:-1]) / 2)
     labelled = to_codes(segments, middles, actions) >= 0
     probabilities = _segment_steps(certainty, to_codes(segments, certainty.times, actions))
     ticks = certainty.start + np.arange(len(probabilities) + 1) / certainty.rate
-    sums = np.interp(_times(edges, axis), ticks, np.concatenate([[0.0], np.cumsum(probabilities)]))
-    shares = np.diff(sums) / np.maximum(np.diff(_times(edges, axis)) * certainty.rate, 1e-12)
+    times = axis.value(edges)
+    sums = np.interp(times, ticks, np.concatenate([[0.0], np.cumsum(probabilities)]))
+    shares = np.diff(sums) / np.maximum(np.diff(times) * certainty.rate, 1e-12)
     levels = np.where(labelled, _levels(shares), 0)
-    cuts = np.concatenate([[0], np.flatnonzero(np.diff(levels)) + 1, [len(levels)]])
+    cuts = [0, *(np.flatnonzero(np.diff(levels)) + 1).tolist(), len(levels)]
+    pixels, opacities = edges.tolist(), (levels * STRONGEST / LEVELS).tolist()
     return tuple(
-        FadeOverlay(
-            float(edges[first]), float(edges[last]), int(levels[first]) * STRONGEST / LEVELS
-        )
-        for first, last in zip(cuts[:-1].tolist(), cuts[1:].tolist(), strict=True)
-        if levels[first]
+        FadeOverlay(pixels[first], pixels[last], opacities[first])
+        for first, last in pairwise(cuts)
+        if opacities[first]
     )
 
 
@@ -84,8 +85,7 @@ def paint_fade(
         stretches_by_opacity.setdefault(fade.opacity, []).append(stretch)
     painter.setPen(Qt.PenStyle.NoPen)
     for share, stretches in stretches_by_opacity.items():
-        colour = translucent(unlabelled, share)
-        painter.setBrush(colour)
+        painter.setBrush(translucent(unlabelled, share))
         painter.drawRects(stretches)
 
 
@@ -103,15 +103,8 @@ def _levels(probabilities: NDArray[np.float64]) -> NDArray[np.int64]:
 def _edges(segments: Segments, axis: Axis, box: QRectF) -> NDArray[np.float64]:
     """Pixels at which the opacity may change: a grid, and the edges of segments."""
     grid = np.append(np.arange(box.left(), box.right(), COLUMN), box.right())
-    bounds = np.array([(s.start, s.end) for s in segments]).ravel()
-    scale = (axis.finish - axis.begin) / (axis.end - axis.start)
-    spots = axis.begin + (bounds - axis.start) * scale
+    spots = axis.at(np.array([(s.start, s.end) for s in segments]).ravel())
     return np.unique(np.clip(np.concatenate([grid, spots]), box.left(), box.right()))
-
-
-def _times(pixels: NDArray[np.float64], axis: Axis) -> NDArray[np.float64]:
-    share = (pixels - axis.begin) / (axis.finish - axis.begin)
-    return np.asarray(axis.start + share * (axis.end - axis.start))
 
 
 def _segment_steps(certainty: ProbabilityTrace, codes: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -241,10 +234,7 @@ def plate(painter: QPainter, bar: QRectF, width: float, style: LabelStyle) -> No
 
 def _line(colour: QColor, thickness: float) -> QPen:
     """A pen whose lines end where they end."""
-    pen = QPen(colour, thickness)
-    pen.setCapStyle(Qt.PenCapStyle.FlatCap)
-    pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
-    return pen
+    return QPen(colour, thickness, c=Qt.PenCapStyle.FlatCap, j=Qt.PenJoinStyle.MiterJoin)
 
 
 def _fill(painter: QPainter, bars: Sequence[QRectF], colour: QColor) -> None:
@@ -259,13 +249,7 @@ def _hatch(painter: QPainter, bars: Sequence[QRectF], style: LabelStyle) -> None
     lines = [line for bar in bars for line in _hatching(bar, style.texture)]
     if not lines:
         return
-    ink = text.ink_on(style.colour)
-    halfway = QColor(
-        (style.colour.red() + ink.red()) // 2,
-        (style.colour.green() + ink.green()) // 2,
-        (style.colour.blue() + ink.blue()) // 2,
-    )
-    painter.setPen(_line(halfway, 1.2))
+    painter.setPen(_line(mixed(style.colour, text.ink_on(style.colour), 0.5), 1.2))
     painter.drawLines(lines)
 
 
@@ -328,12 +312,10 @@ def agreed_share(human: Segments, marks: Sequence[Interval]) -> float | None:
 def difference_box(band: QRectF, axis: Axis, mark: Interval) -> QRectF:
     """Where a mark lies in the band between two bars, in pixels; none is too narrow to be seen."""
     left, right = max(axis.at(mark.start), band.left()), min(axis.at(mark.end), band.right())
-    if right - left < NARROWEST_MARK:
-        left = min(
-            max((left + right - NARROWEST_MARK) / 2, band.left()), band.right() - NARROWEST_MARK
-        )
-        right = left + NARROWEST_MARK
-    return QRectF(left, band.top(), right - left, band.height())
+    wide = max(right - left, NARROWEST_MARK)
+    if wide > right - left:
+        left = min(max((left + right - wide) / 2, band.left()), band.right() - wide)
+    return QRectF(left, band.top(), wide, band.height())
 
 
 def paint_differences(
@@ -401,5 +383,5 @@ class Legend:
             swatch = QRectF(x, y + (LEGEND_LINE - SWATCH_HEIGHT) / 2, SWATCH, SWATCH_HEIGHT)
             paint_style(painter, swatch, style)
             label = text.elided_name(name, text.font(), LEGEND_NAME_ROOM, tuple(self.styles))
-            middle, ink = y + LEGEND_LINE / 2, QColor(theme.text)
-            text.draw_text(painter, x + SWATCH + 7, middle, label, face=text.font(), ink=ink)
+            middle = y + LEGEND_LINE / 2
+            text.draw_text(painter, x + SWATCH + 7, middle, label, face=text.font(), ink=theme.text)

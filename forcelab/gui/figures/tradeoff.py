@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 
 from PySide6.QtCore import QLineF, QPointF, QRectF, QSizeF
-from PySide6.QtGui import QColor, QFont, QPainter, QPainterPath, QPen, QPolygonF, QTransform
+from PySide6.QtGui import QColor, QFont, QPainter, QPainterPath, QPolygonF, QTransform
 
 from forcelab.errors import InputError
 from forcelab.gui.figures import text
@@ -18,6 +18,7 @@ from forcelab.gui.figures.axes import (
     covered_area,
     curve_pen,
     draw_bottom,
+    draw_grid,
     draw_left,
     free_place,
     place_along,
@@ -102,10 +103,7 @@ class Tradeoff(Figure):
         return across, LogAxis(exact, coarse, box.bottom(), box.top())
 
     def paint(self, painter: QPainter) -> None:
-        self.paint_title(painter)
-        small, muted = text.font(10), QColor(self.theme.muted)
-        key = text.elided(KEY, small, self.size.width() - 2 * MARGIN)
-        text.draw_text(painter, MARGIN, MARGIN + 26, key, face=small, ink=muted)
+        self.paint_title(painter, KEY)
         for panel in range(len(self.table.sizes)):
             self._paint_frame(painter, panel)
             marks = self.marks(panel)
@@ -141,17 +139,17 @@ class Tradeoff(Figure):
         box, (across, up) = self.box(panel), self.axes(panel)
         size = self.table.sizes[panel]
         rows = self.table.of(size)
-        ink, muted = QColor(self.theme.text), QColor(self.theme.muted)
+        ink, muted = self.theme.text, self.theme.muted
         bold, small = text.font(bold=True), text.font(10)
         name = text.elided(size, bold, box.width())
         text.draw_text(painter, box.left(), box.top() - 30, name, face=bold, ink=ink)
         reference = text.elided(f"Against {rows[0].reference}.", small, box.width())
         text.draw_text(painter, box.left(), box.top() - 13, reference, face=small, ink=muted)
-        painter.setPen(QPen(QColor(self.theme.grid), 1.0))
-        for value, _ in across.marks(upright=False):
-            painter.drawLine(QLineF(across.at(value), box.top(), across.at(value), box.bottom()))
-        for value, _ in up.marks(upright=True):
-            painter.drawLine(QLineF(box.left(), up.at(value), box.right(), up.at(value)))
+        xs = [across.at(value) for value, _ in across.marks(upright=False)]
+        ys = [up.at(value) for value, _ in up.marks(upright=True)]
+        grid = [QLineF(x, box.top(), x, box.bottom()) for x in xs]
+        grid += [QLineF(box.left(), y, box.right(), y) for y in ys]
+        draw_grid(painter, grid, self.theme)
         draw_bottom(painter, across, box.bottom(), self.table.seconds, self.theme)
         first = panel % COLUMNS == 0
         draw_left(painter, up, box.left(), self.table.error, self.theme, numbers=first)
@@ -186,7 +184,7 @@ class Tradeoff(Figure):
             best = min(near, key=lambda place: covered_area(place, taken))
             taken.append(best)
             _write(painter, best, label, bold, named_marks[0].colour)
-        small, muted = text.font(9), QColor(self.theme.muted)
+        small, muted = text.font(9), self.theme.muted
         for mark in sorted(marks, key=lambda mark: not mark.row.pareto):
             label = text.elided_name(mark.row.setting, small, box.width() / 3)
             if place := free_place(mark.spot, label, small, box, MARK, taken):
@@ -226,5 +224,5 @@ def _note(rows: Sequence[Row]) -> str:
     return " ".join(sentences)
 
 
-def _write(painter: QPainter, place: QRectF, label: str, face: QFont, ink: QColor) -> None:
+def _write(painter: QPainter, place: QRectF, label: str, face: QFont, ink: QColor | str) -> None:
     text.draw_text(painter, place.left(), place.center().y(), label, face=face, ink=ink)

@@ -17,6 +17,7 @@ from forcelab.gui.figures.axes import (
     LogAxis,
     curve_pen,
     draw_bottom,
+    draw_grid,
     draw_left,
     paint_curve,
     paint_names,
@@ -108,8 +109,8 @@ class WaveletFigure(Figure):
         real, imaginary, envelope = self._pens
         names = (("real part", real), ("imaginary part", imaginary), ("envelope", envelope))
         paint_names(painter, MARGIN, MARGIN + 28, names, self.theme)
-        muted = QColor(self.theme.muted)
-        text.draw_text(painter, MARGIN, MARGIN + 47, KEY, face=text.font(10), ink=muted)
+        small, muted = text.font(10), self.theme.muted
+        text.draw_text(painter, MARGIN, MARGIN + 47, KEY, face=small, ink=muted)
         for column in range(len(self.views)):
             self._paint_wavelet(painter, column)
             self._paint_signal(painter, column)
@@ -118,12 +119,8 @@ class WaveletFigure(Figure):
     @property
     def _pens(self) -> tuple[QPen, QPen, QPen]:
         """The pens of real part, imaginary part and envelope."""
-        envelope = curve_pen(QColor(self.theme.muted), 1.0)
-        return (
-            curve_pen(QColor(CURVE_COLOURS[0]), 1.6),
-            curve_pen(QColor(CURVE_COLOURS[1]), 1.6),
-            envelope,
-        )
+        real, imaginary = (curve_pen(QColor(colour), 1.6) for colour in CURVE_COLOURS[:2])
+        return real, imaginary, curve_pen(QColor(self.theme.muted), 1.0)
 
     @property
     def _tone_names(self) -> tuple[str, ...]:
@@ -135,15 +132,13 @@ class WaveletFigure(Figure):
         bottom = top + WAVELET_HEIGHT
         face = text.font(bold=True)
         name = text.elided(view.title, face, COLUMN)
-        ink = QColor(self.theme.text)
-        text.draw_text(
-            painter, box.center().x(), top - NAME_LINE / 2 - 2, name, face=face, ink=ink, align=0.5
-        )
+        x, y, ink = box.center().x(), top - NAME_LINE / 2 - 2, self.theme.text
+        text.draw_text(painter, x, y, name, face=face, ink=ink, align=0.5)
         across = Axis(float(view.t[0]), float(view.t[-1]), box.left(), box.right())
         largest = 1.08 * max(float(np.abs(view.psi).max()) for view in self.views) or 1.0
         up = Axis(-largest, largest, bottom, top)
-        painter.setPen(QPen(QColor(self.theme.grid), 1.0))
-        painter.drawLine(QLineF(box.left(), up.at(0.0), box.right(), up.at(0.0)))
+        zero = QLineF(box.left(), up.at(0.0), box.right(), up.at(0.0))
+        draw_grid(painter, [zero], self.theme)
         real, imaginary, envelope = self._pens
         size = np.abs(view.psi)
         paint_curve(painter, across, up, view.t, size, pen=envelope)
@@ -162,31 +157,21 @@ class WaveletFigure(Figure):
         pen = curve_pen(QColor(self.theme.text), 0.8)
         paint_curve(painter, self._time_axis(column), up, self.times, self.signal, pen=pen)
         if column == 0:
-            muted, face = QColor(self.theme.muted), text.font(10)
-            text.draw_text(
-                painter,
-                LEFT - 8,
-                bottom - SIGNAL_HEIGHT / 2,
-                "signal",
-                face=face,
-                ink=muted,
-                align=1.0,
-            )
+            x, y, muted = LEFT - 8, bottom - SIGNAL_HEIGHT / 2, self.theme.muted
+            text.draw_text(painter, x, y, "signal", face=text.font(10), ink=muted, align=1.0)
 
     def _paint_magnitudes(self, painter: QPainter, column: int) -> None:
         """Draw the magnitudes as a picture, the highest frequency at the top."""
         view, box = self.views[column], self.box(column)
         up = LogAxis(float(view.hertz[0]), float(view.hertz[-1]), box.bottom(), box.top())
         painter.drawImage(box, _picture(view, self.times, box))
-        dots = QPen(QColor(self.theme.muted), 0.8)
-        dots.setStyle(Qt.PenStyle.DotLine)
-        painter.setPen(dots)
+        painter.setPen(QPen(QColor(self.theme.muted), 0.8, Qt.PenStyle.DotLine))
         levels = [up.at(tone) for tone in self.tones]
         painter.drawLines([QLineF(box.left(), y, box.right(), y) for y in levels])
         if column == len(self.views) - 1:
             for y, name in zip(levels, self._tone_names, strict=True):
-                ink = QColor(self.theme.muted)
-                text.draw_text(painter, box.right() + 8, y, name, face=text.font(10), ink=ink)
+                x, ink = box.right() + 8, self.theme.muted
+                text.draw_text(painter, x, y, name, face=text.font(10), ink=ink)
         draw_bottom(painter, self._time_axis(column), box.bottom(), "time (s)", self.theme)
         draw_left(painter, up, box.left(), "frequency (Hz)", self.theme, numbers=column == 0)
 

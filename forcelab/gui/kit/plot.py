@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, QRectF, QSizeF, Qt
+from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, QRectF, QSize, QSizeF, Qt
 from PySide6.QtGui import (
     QColor,
     QContextMenuEvent,
@@ -33,6 +33,7 @@ from PySide6.QtWidgets import (
     QGraphicsSceneResizeEvent,
     QMenu,
     QMessageBox,
+    QSizePolicy,
     QStyleOptionGraphicsItem,
     QWidget,
 )
@@ -606,6 +607,33 @@ class Plot(PlotView):
 
     def _zoomed_by_hand(self, *_: object) -> None:
         self.zoomed = True
+
+
+class PanelPlot(Plot):
+    """A plot among texts on a page that scrolls: as high as its contents need."""
+
+    ground = "panel"
+
+    def __init__(self, left: str | None = None, bottom: str | None = None) -> None:
+        super().__init__(left, bottom)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
+    @property
+    def needed_height(self) -> float:
+        """In pixels."""
+        raise NotImplementedError
+
+    def sizeHint(self) -> QSize:
+        return QSize(320, round(self.needed_height))
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(160, self.sizeHint().height())
+
+    def renew(self) -> None:
+        """Draw other contents, which may need another height and other margins."""
+        self.updateGeometry()
+        self.redraw()
+        self.place()
 
 
 class Bars(pg.BarGraphItem):

@@ -74,9 +74,12 @@ class TimeView(PlotView):
     def paint_cursor(self, painter: QPainter, x: float) -> None:
         """Draw the line of the cursor over the whole height."""
         painter.setPen(QPen(QColor(colours().cursor), 1))
+        off_end = self.plot.right() < round(x) + 0.5 < self.plot.right() + 1
+        self.paint_upright(painter, x - 1 if off_end else x)
+
+    def paint_upright(self, painter: QPainter, x: float) -> None:
+        """Draw a line over the whole height, in the middle of a pixel."""
         x = round(x) + 0.5
-        if self.plot.right() < x < self.plot.right() + 1:  # at the very end it would fall off
-            x -= 1
         painter.drawLine(QLineF(x, 0, x, self.height()))
 
 
@@ -173,7 +176,7 @@ class TimePanel(TimeView):
         plot = self.plot
         painter.save()
         painter.setClipRect(plot)
-        self._paint_bands(painter)
+        self._paint_range(painter)
         painter.restore()
         painter.save()
         self.paint_overlay(painter, plot)
@@ -235,57 +238,55 @@ class TimePanel(TimeView):
 
     # Inside
 
-    def _paint_bands(self, painter: QPainter) -> None:
+    def _paint_range(self, painter: QPainter) -> None:
         """Draw the marked range and the unfinished stroke as bands."""
-        document, now = self.document, colours()
-        _, _, marked, drawn = self._drawn_over
-        if marked is not None and document.view.range is None:
-            self._dashed_line(painter, marked[0], now.range)
-        elif marked is not None:
-            self._band(painter, *marked, QColor(now.range))
-        if drawn is not None and (stroke := document.stroke) is not None:
+        document, view, now = self.document, self.document.view, colours()
+        if view.range is not None:
+            left, right = map(self.x_at, view.range)
+            self._band(painter, left, right, QColor(now.range))
+        elif view.range_start is not None:
+            painter.setPen(QPen(QColor(now.range), 1, Qt.PenStyle.DashLine))
+            self.paint_upright(painter, self.x_at(view.range_start))
+        stroke = document.stroke
+        if stroke is not None:
             listed = stroke.action in document.vocabulary
             colour = document.vocabulary[stroke.action].colour if listed else now.accent
-            self._band(painter, min(drawn), max(drawn), QColor(colour))
+            start, end = sorted((stroke.start, view.cursor))
+            self._band(painter, self.x_at(start), self.x_at(end), QColor(colour))
 
     def _band(self, painter: QPainter, left: float, right: float, colour: QColor) -> None:
         """A translucent band with edges, over the whole height."""
         left = min(max(left, self.plot.left() - 2), self.plot.right() + 2)
         right = min(max(right, self.plot.left() - 2), self.plot.right() + 2)
-        wash = translucent(colour, 0.16)
-        painter.fillRect(QRectF(left, 0, right - left, self.height()), wash)
+        band = QRectF(left, 0, right - left, self.height())
+        painter.fillRect(band, translucent(colour, 0.16))
         painter.setPen(QPen(colour, 1))
-        for x in (left, right):
-            spot = round(x) + 0.5
-            painter.drawLine(QLineF(spot, 0, spot, self.height()))
+        self.paint_upright(painter, left)
+        self.paint_upright(painter, right)
 
     def _paint_lines(self, painter: QPainter) -> None:
         """Draw the offered snap target, and the cursor."""
-        cursor, hint, *_ = self._drawn_over
-        if hint is not None:
-            self._dashed_line(painter, hint[0], colours().hint)
-        if cursor is not None and self.document.demonstration is not None:
-            self.paint_cursor(painter, cursor[0])
-
-    def _dashed_line(self, painter: QPainter, x: float, colour: str) -> None:
-        painter.setPen(QPen(QColor(colour), 1, Qt.PenStyle.DashLine))
-        x = round(x) + 0.5
-        painter.drawLine(QLineF(x, 0, x, self.height()))
+        document, now = self.document, colours()
+        if document.demonstration is None:
+            return
+        if document.view.hint is not None:
+            painter.setPen(QPen(QColor(now.hint), 1, Qt.PenStyle.DashLine))
+            self.paint_upright(painter, self.x_at(document.view.hint.time))
+        self.paint_cursor(painter, self.x_at(document.view.cursor))
 
     def _marks(self) -> tuple[TimeSpan | None, ...]:
         """Where cursor, hint, range and stroke are, in pixels; None where there is none."""
-        document = self.document
-        cursor_x = self.x_at(document.view.cursor)
-        hint = None if document.view.hint is None else self.x_at(document.view.hint.time)
-        marked, stroke = document.view.range, document.stroke
-        if marked is None and document.view.range_start is not None:
-            marked = (document.view.range_start, document.view.range_start)
-        return (
-            (cursor_x, cursor_x),
-            None if hint is None else (hint, hint),
-            None if marked is None else (self.x_at(marked[0]), self.x_at(marked[1])),
-            None if stroke is None else (self.x_at(stroke.start), cursor_x),
+        view, stroke = self.document.view, self.document.stroke
+        marked = view.range
+        if marked is None and view.range_start is not None:
+            marked = (view.range_start, view.range_start)
+        times = (
+            (view.cursor, view.cursor),
+            None if view.hint is None else (view.hint.time, view.hint.time),
+            marked,
+            None if stroke is None else (stroke.start, view.cursor),
         )
+        return tuple(span and (self.x_at(span[0]), self.x_at(span[1])) for span in times)
 
     def _marks_moved(self, *_: object) -> None:
         """Update what lies under the marks that have moved; the rest of the panel stays."""

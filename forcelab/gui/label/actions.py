@@ -155,7 +155,7 @@ class KeyDialog(QDialog):
         ask = sentence_label(f"Press a key for '{name}'. Backspace removes its key.")
         self.trouble = toned_label("trouble")
         self.trouble.setMinimumHeight(2 * self.fontMetrics().height())
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel, self)
         buttons.rejected.connect(self.reject)
         for button in buttons.buttons():
             button.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # keys are for this dialog

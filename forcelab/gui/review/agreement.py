@@ -7,7 +7,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QTimer
 from PySide6.QtGui import QHideEvent, QShowEvent
-from PySide6.QtWidgets import QApplication, QComboBox, QTabBar, QWidget
+from PySide6.QtWidgets import QApplication, QTabBar, QWidget
 
 from forcelab.gui.document import Document
 from forcelab.gui.figures.text import signed
@@ -17,11 +17,11 @@ from forcelab.gui.review.agreement_details import (
     CoderMatrix,
     ConsistencyView,
     PairDetails,
-    sentence_label,
+    unfocused_label,
 )
 from forcelab.gui.review.consensus import ConsensusBar
 from forcelab.gui.review.reviewed_run import blind_demonstrations
-from forcelab.gui.widgets import OverflowTabs
+from forcelab.gui.widgets import OverflowTabs, combo_box
 from forcelab.jobs import Progress
 from forcelab.labels import is_model
 from forcelab.project import Project
@@ -48,22 +48,18 @@ class AgreementView(QWidget):
         self._jobs = jobs
         self._listed: object = None  # what was known of the demonstrations when they were compared
         self._stale = True
-        self.task = QComboBox()
-        self.task.setAccessibleName("Task")
-        self.task.activated.connect(lambda _: self._recompute())
-        self.note, self.summary, self.counts = (
-            sentence_label(muted=True),
-            sentence_label(),
-            sentence_label(),
-        )
+        self.task = combo_box("Task", {})
+        self.task.activated.connect(self._recompute)
+        self.note, self.summary = unfocused_label(muted=True), unfocused_label()
+        self.counts = unfocused_label()
         self.matrix, self.pair = CoderMatrix(), PairDetails(document)
         self.matrix.chosen.connect(self._show_pair)
-        self.alone, self.consensus = ConsistencyView(document), ConsensusBar(document)
+        self.consistency, self.consensus = ConsistencyView(document), ConsensusBar(document)
         self.pages = OverflowTabs()
         self.pages.setAccessibleName("Coders")
         self.pages.addTab(self._agreement_page(), "Agreement")
         self.pages.addTab(scroll_area(self.consensus), "Consensus")
-        self.pages.addTab(scroll_area(self.alone), "Each coder")
+        self.pages.addTab(scroll_area(self.consistency), "Each coder")
         self.pages.currentChanged.connect(self.focus_consensus)
         self.room = PageOrPlaceholder(self.pages)
         page_layout(self, self.task, self.note, self.room, growing=self.room, margin=4, spacing=4)
@@ -99,13 +95,9 @@ class AgreementView(QWidget):
             return
         self._list_tasks()
         self._listed = self._listing()
-        task = self.task.currentData() if self.task.currentIndex() > 0 else None
-        self._jobs.run(
-            _compare_coders(project.path, task, self.document.author, self.consensus.name),
-            self._done,
-            self._failed,
-            key="coders",
-        )
+        task, viewer = self.task.currentData(), self.document.author
+        job = _compare_coders(project.path, task, viewer, self.consensus.name)
+        self._jobs.run(job, self._done, self._failed, key="coders")
 
     def focus_consensus(self) -> None:
         """Give the keyboard to the consensus, unless its tab was reached by arrow keys."""
@@ -180,7 +172,7 @@ class AgreementView(QWidget):
         listed = tuple(self.task.itemData(i) for i in range(1, self.task.count()))
         if self.task.count() and listed == tasks:
             return
-        chosen = self.task.currentData() if self.task.currentIndex() > 0 else None
+        chosen = self.task.currentData()  # None of all tasks
         self.task.clear()
         self.task.addItem("All tasks")
         for task in tasks:
@@ -209,13 +201,12 @@ class AgreementView(QWidget):
             self.room.say(self._missing())
             return
         self.room.say("")
-        names = {d.id: d.name for d in result.coded}
         self.summary.setText(self._summary_text(result))
         self.counts.setText(_coder_counts(result))
-        self.consensus.show_coded(result.coded, names)  # before a pair of them is chosen
+        self.consensus.show_coded(result.coded)  # before a pair of them is chosen
         self.matrix.setVisible(True)
         self.matrix.show_agreement(result)
-        self.alone.show_agreement(result, names)
+        self.consistency.show_agreement(result, {d.id: d.name for d in result.coded})
 
     def _missing(self) -> str:
         """Why there is nothing to compare, and what to do about it."""

@@ -12,11 +12,9 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QKeyEvent, QMouseEvent, QPainter, QPalette, QPen
 from PySide6.QtWidgets import (
     QAbstractItemView,
-    QComboBox,
     QHBoxLayout,
     QHeaderView,
     QLabel,
-    QSizePolicy,
     QVBoxLayout,
     QWidget,
 )
@@ -27,9 +25,9 @@ from forcelab.gui.figures.text import NAMES, ink_on, signed
 from forcelab.gui.figures.tracks import LabelStyle
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable
 from forcelab.gui.kit import text_size
-from forcelab.gui.kit.plot import Bars, Plot
+from forcelab.gui.kit.plot import Bars, PanelPlot
 from forcelab.gui.label.swatches import paint_swatch, style_of
-from forcelab.gui.layout import copyable, emphasise
+from forcelab.gui.layout import copyable, emphasise, fill_layout
 from forcelab.gui.theme import colours
 from forcelab.gui.widgets import ARROW_STEPS, combo_box, is_plain
 from forcelab.labels import Interval
@@ -125,16 +123,13 @@ def histogram_bins(offsets: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDA
     return np.bincount(numbers, minlength=2 * half), edges
 
 
-class OffsetHistogram(Plot):
+class OffsetHistogram(PanelPlot):
     """How much later than the first coder, in ms, the second puts the boundaries."""
 
-    ground = "panel"
-
     def __init__(self) -> None:
-        super().__init__(None, "ms")
+        super().__init__(bottom="ms")
         self.offsets: NDArray[np.float64] = np.empty(0)
         self._second = ""
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setAccessibleName("Histogram of boundary offsets")
 
     def show_offsets(self, offsets: NDArray[np.float64], second: str) -> None:
@@ -142,11 +137,9 @@ class OffsetHistogram(Plot):
         self.offsets, self._second = offsets, second
         self.redraw()
 
-    def sizeHint(self) -> QSize:
-        return QSize(320, 9 * self.fontMetrics().height())
-
-    def minimumSizeHint(self) -> QSize:
-        return QSize(160, self.sizeHint().height())
+    @property
+    def needed_height(self) -> float:
+        return 9.0 * self.fontMetrics().height()
 
     @property
     def margins(self) -> tuple[float, float, float, float]:
@@ -197,16 +190,13 @@ class OffsetHistogram(Plot):
             painter.drawText(below, side, metrics.elidedText(text, NAMES, room))
 
 
-class ActionBars(Plot):
+class ActionBars(PanelPlot):
     """A bar for the agreement on each action, from 0 to 100 %."""
 
-    ground = "panel"
-
     def __init__(self) -> None:
-        super().__init__(None, None)
+        super().__init__()
         self.shares: dict[str, float | None] = {}
         self._styles: dict[str, LabelStyle] = {}
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setAccessibleName("Agreement on each action")
         self.box.invertY()
 
@@ -217,15 +207,11 @@ class ActionBars(Plot):
         self.setAccessibleDescription(
             ", ".join(f"{name} {_whole_percent(share)}" for name, share in shares.items())
         )
-        self.updateGeometry()
-        self.redraw()
-        self.place()
+        self.renew()
 
-    def sizeHint(self) -> QSize:
-        return QSize(320, round(len(self.shares) * 1.5 * self.fontMetrics().height()) + 2)
-
-    def minimumSizeHint(self) -> QSize:
-        return QSize(160, self.sizeHint().height())
+    @property
+    def needed_height(self) -> float:
+        return len(self.shares) * 1.5 * self.fontMetrics().height() + 2
 
     @property
     def _side(self) -> float:
@@ -283,20 +269,18 @@ NARROWEST_CELL, WIDEST_CELL, CELL_LINES, CELL_PADDING = 5.0, 18.0, 2.5, 6
 LIGHTEST_KAPPA = 0.0
 
 
-class CoderMatrix(Plot):
+class CoderMatrix(PanelPlot):
     """Coders against coders: kappa and its word; the darker, the better they agree."""
 
-    ground = "panel"
     chosen = Signal(object)
 
     def __init__(self) -> None:
-        super().__init__(None, None)
+        super().__init__()
         self.authors: tuple[str, ...] = ()
         self.at = (0, 1)
         self._agreement: Agreement | None = None
         self.setAccessibleName("Kappa of every two coders")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.box.invertY()
 
     def show_agreement(self, agreement: Agreement) -> None:
@@ -307,9 +291,7 @@ class CoderMatrix(Plot):
         names = None if chosen is None else (chosen.a, chosen.b)
         same = [self._cell_of(p) for p in agreement.pairs if (p.a, p.b) == names]
         self.at = (*same, *cells, (0, 1))[0]
-        self.updateGeometry()
-        self.redraw()
-        self.place()
+        self.renew()
         self._tell()
 
     @property
@@ -325,13 +307,9 @@ class CoderMatrix(Plot):
     def cell(self, row: int, column: int) -> QRectF:
         return QRectF(self.spot(column, row), self.spot(column + 1, row + 1))
 
-    def sizeHint(self) -> QSize:
-        high = round((len(self.authors) * CELL_LINES + 1.8) * self.fontMetrics().height())
-        return QSize(320, high + 2)
-
-    def minimumSizeHint(self) -> QSize:
-        """As high as it is; names are elided."""
-        return QSize(160, self.sizeHint().height())
+    @property
+    def needed_height(self) -> float:
+        return (len(self.authors) * CELL_LINES + 1.8) * self.fontMetrics().height() + 2
 
     @property
     def margins(self) -> tuple[float, float, float, float]:
@@ -471,8 +449,8 @@ class CoderMatrix(Plot):
 MOST_INTERVALS = 2000
 
 
-def sentence_label(muted: bool = False) -> QLabel:
-    """A label that wraps; its text can be selected with the mouse."""
+def unfocused_label(muted: bool = False) -> QLabel:
+    """A label to copy from that leaves the keyboard where it is."""
     label = copyable()
     label.setFocusPolicy(Qt.FocusPolicy.NoFocus)
     if muted:
@@ -488,12 +466,12 @@ class PairDetails(QWidget):
         self.document = document
         self._pair: PairAgreement | None = None
         self._names: Mapping[str, str] = {}
-        self.title = sentence_label()
+        self.title = unfocused_label()
         emphasise(self.title)
-        self.frames, self.alone = sentence_label(), sentence_label()
-        self.each, self.bars = sentence_label(), ActionBars()
-        self.offsets, self.histogram = sentence_label(), OffsetHistogram()
-        self.segments = sentence_label()
+        self.frames, self.alone = unfocused_label(), unfocused_label()
+        self.each, self.bars = unfocused_label(), ActionBars()
+        self.offsets, self.histogram = unfocused_label(), OffsetHistogram()
+        self.segments = unfocused_label()
         self.kinds = combo_box(
             "Which places are listed",
             {
@@ -503,24 +481,21 @@ class PairDetails(QWidget):
                 "Boundaries moved": "shifted",
             },
         )
-        self.kinds.activated.connect(lambda _: self._list())
+        self.kinds.activated.connect(self._list)
         self.places = IntervalTable("Places where the two differ")
         self.places.interval_chosen.connect(document.review.examine)
-        self._count = sentence_label(muted=True)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(4)
-        parts: list[QWidget] = [self.title, self.frames, self.alone, self.each, self.bars]
-        parts += [self.offsets, self.histogram, self.segments]
-        for widget in parts:
-            column.addSpacing(4 if widget in (self.each, self.offsets, self.segments) else 0)
-            column.addWidget(widget)
-        row = QHBoxLayout()
-        row.addWidget(self.kinds)
-        row.addWidget(self._count, 1)
-        column.addSpacing(4)
-        column.addLayout(row)
-        column.addWidget(self.places, 1)
+        self._count = unfocused_label(muted=True)
+        row = fill_layout(QHBoxLayout(), self.kinds, (self._count, 1))
+        frames = self.title, self.frames, self.alone
+        column = fill_layout(QVBoxLayout(self), *frames, margins=0, spacing=4)
+        for group in (
+            (self.each, self.bars),
+            (self.offsets, self.histogram),
+            (self.segments,),
+            (row, (self.places, 1)),
+        ):
+            column.addSpacing(4)
+            fill_layout(column, *group)
 
     def show_pair(self, pair: PairAgreement, names: Mapping[str, str]) -> None:
         """Show two coders; `names` are the demonstrations' by id."""
@@ -632,10 +607,9 @@ class ConsistencyView(QWidget):
         self.document = document
         self._own: tuple[Consistency, ...] = ()
         self._names: Mapping[str, str] = {}
-        self.coder = QComboBox()
-        self.coder.setAccessibleName("Coder")
-        self.coder.activated.connect(lambda _: self._show())
-        about = sentence_label(muted=True)
+        self.coder = combo_box("Coder", {})
+        self.coder.activated.connect(self._show)
+        about = unfocused_label(muted=True)
         about.setText(
             "± is the spread of an action's durations, as a share of their mean. A low one "
             "means that its segments are about as long each time."
@@ -647,16 +621,11 @@ class ConsistencyView(QWidget):
         self.durations.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         high = self.durations.verticalHeader().defaultSectionSize()
         self.durations.setMinimumHeight(round(6.5 * high))  # where there is less room, all scrolls
-        self._odd = sentence_label()
+        self._odd = unfocused_label()
         self.places = IntervalTable("Segments that stand out")
         self.places.interval_chosen.connect(document.review.examine)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(6, 6, 6, 6)
-        column.addWidget(self.coder)
-        column.addWidget(about)
-        column.addWidget(self.durations, 1)
-        column.addWidget(self._odd)
-        column.addWidget(self.places, 1)
+        parts = self.coder, about, (self.durations, 1), self._odd, (self.places, 1)
+        fill_layout(QVBoxLayout(self), *parts, margins=6)
 
     def show_agreement(self, agreement: Agreement, names: Mapping[str, str]) -> None:
         chosen = self.coder.currentText()

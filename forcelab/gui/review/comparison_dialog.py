@@ -6,22 +6,21 @@ from collections.abc import Collection, Generator
 from dataclasses import replace
 from pathlib import Path
 
-from PySide6.QtCore import QModelIndex, QSize, Qt
-from PySide6.QtWidgets import (
-    QDialog,
-    QHBoxLayout,
-    QLabel,
-    QPushButton,
-    QSplitter,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtCore import QModelIndex, QSignalBlocker, QSize, Qt
+from PySide6.QtWidgets import QDialog, QHBoxLayout, QLabel, QSplitter, QVBoxLayout, QWidget
 
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable, copy_text
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.layout import muted_label, resize_on_screen
+from forcelab.gui.layout import (
+    fill_layout,
+    fill_splitter,
+    muted_label,
+    push_button,
+    resize_on_screen,
+    sentence_label,
+)
 from forcelab.gui.review.confusion import stage_combo_box
 from forcelab.gui.review.metrics import AGREEMENT_METRICS, ERROR_METRICS, Metric
 from forcelab.gui.review.reviewed_run import blind_demonstrations
@@ -146,10 +145,8 @@ class ComparisonDialog(QDialog):
         self.first.setAccessibleName("First run")
         self.second.setAccessibleName("Second run")
         self.stage = stage_combo_box()
-        self.settings = QLabel()
+        self.settings = sentence_label()
         self.settings.setAccessibleName("Settings that differ")
-        self.settings.setWordWrap(True)
-        self.settings.setTextFormat(Qt.TextFormat.PlainText)
         self.note = muted_label()
         self.model, self.each_model = TextModel(self), TextModel(self)
         self.table, self.each = TextTable(self.model), TextTable(self.each_model)
@@ -177,40 +174,26 @@ class ComparisonDialog(QDialog):
     # Inside
 
     def _lay_out(self) -> None:
-        runs = QHBoxLayout()
-        runs.addWidget(self.first, 1)
-        runs.addWidget(QLabel("→"))
-        runs.addWidget(self.second, 1)
-        runs.addWidget(self.stage)
-        tables = QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False)
-        tables.addWidget(self.table)
-        tables.addWidget(self.each)
-        tables.setSizes([2000, 1000])
-        copy = QPushButton("Copy")
-        copy.setToolTip("Copy the table as text for a spreadsheet")
-        copy.setAutoDefault(False)
-        copy.clicked.connect(lambda: copy_text(self.model.as_tsv()))
-        close = QPushButton("Close")
-        close.setAutoDefault(False)
-        close.clicked.connect(self.accept)
-        buttons = QHBoxLayout()
-        buttons.addWidget(self.note, 1)
-        buttons.addWidget(copy)
-        buttons.addWidget(close)
-        column = QVBoxLayout(self)
-        column.addLayout(runs)
-        column.addWidget(self.settings)
-        column.addWidget(tables, 1)
-        column.addLayout(buttons)
+        choice = (self.first, 1), QLabel("→"), (self.second, 1), self.stage
+        runs = fill_layout(QHBoxLayout(), *choice)
+        tables = QSplitter(Qt.Orientation.Vertical)
+        fill_splitter(tables, (self.table, self.each), (2, 1))
+        tip = "Copy the table as text for a spreadsheet"
+        copy = push_button("Copy", self._copy, tip=tip, auto_default=False)
+        close = push_button("Close", self.accept, auto_default=False)
+        buttons = fill_layout(QHBoxLayout(), (self.note, 1), copy, close)
+        fill_layout(QVBoxLayout(self), runs, self.settings, (tables, 1), buttons)
+
+    def _copy(self) -> None:
+        copy_text(self.model.as_tsv())
 
     def _list(self) -> None:
         project = self.document.project
         if project is None:
             self.settings.setText("Open a project to compare its runs.")
             return
-        self._jobs.run(
-            self._backend.list_runs(project.path), self._offer, self._fail, key=LISTING_JOB
-        )
+        job = self._backend.list_runs(project.path)
+        self._jobs.run(job, self._offer, self._fail, key=LISTING_JOB)
 
     def _offer(self, runs: tuple[RunSummary, ...]) -> None:
         """Offer the runs: at first the reviewed one, and the one before it of its tasks."""
@@ -220,11 +203,10 @@ class ComparisonDialog(QDialog):
             )
             return
         for box, chosen in zip((self.first, self.second), self._first_two(runs), strict=True):
-            box.blockSignals(True)
-            for run in runs:
-                box.addItem(run_text(run), run.id)
-            box.setCurrentIndex(chosen)
-            box.blockSignals(False)
+            with QSignalBlocker(box):
+                for run in runs:
+                    box.addItem(run_text(run), run.id)
+                box.setCurrentIndex(chosen)
         self._compare()
 
     def _first_two(self, runs: tuple[RunSummary, ...]) -> tuple[int, int]:

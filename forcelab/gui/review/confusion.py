@@ -35,8 +35,6 @@ from PySide6.QtWidgets import (
     QBoxLayout,
     QComboBox,
     QHBoxLayout,
-    QLabel,
-    QPushButton,
     QScrollArea,
     QSizePolicy,
     QWidget,
@@ -55,11 +53,15 @@ from forcelab.gui.kit.plot import PlotView
 from forcelab.gui.layout import (
     PageOrPlaceholder,
     YieldingSplitter,
+    fill_layout,
+    fill_splitter,
     muted_label,
     page_layout,
+    push_button,
     scroll_area,
+    sentence_label,
 )
-from forcelab.gui.review.reviewed_run import visible_run
+from forcelab.gui.review.reviewed_run import on_visible_run_changed, visible_run
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import ARROW_STEPS, ENTER_KEYS, combo_box, is_plain
 from forcelab.labels import Interval
@@ -78,6 +80,21 @@ def _percent_text(part: float) -> str:
     if part >= 1:
         return f"{part:.0f}"
     return f"{part:.1f}" if part >= 0.1 else "< 0.1"
+
+
+#: Of the list of a cell's places.
+COLUMNS = (
+    TableColumn("Demonstration", number=False),
+    TableColumn("Start (s)"),
+    TableColumn("Duration (s)"),
+    TableColumn("Confidence (%)", "Mean probability that the model gives to what it predicts"),
+)
+
+
+def _place_row(place: Interval, names: Mapping[str, str]) -> TableRow:
+    name = names.get(place.demonstration, place.demonstration)
+    sure = "–" if place.confidence is None else f"{100 * place.confidence:.0f}"
+    return TableRow((name, f"{place.start:.3f}", f"{place.duration:.3f}", sure))
 
 
 class CellIntervals(QWidget):
@@ -111,35 +128,13 @@ class CellIntervals(QWidget):
         self, places: tuple[Interval, ...], names: Mapping[str, str], number: int
     ) -> None:
         """List intervals of `number` in all; `names` are the demonstrations' by id."""
-        columns = (
-            TableColumn("Demonstration", number=False),
-            TableColumn("Start (s)"),
-            TableColumn("Duration (s)"),
-            TableColumn(
-                "Confidence (%)",
-                "Mean probability that the model gives to what it predicts",
-            ),
-        )
-        rows = [
-            TableRow(
-                (
-                    names.get(place.demonstration, place.demonstration),
-                    f"{place.start:.3f}",
-                    f"{place.duration:.3f}",
-                    "–" if place.confidence is None else f"{100 * place.confidence:.0f}",
-                )
-            )
-            for place in places
-        ]
         self.places = places
-        self.model.show(columns, rows)
+        self.model.show(COLUMNS, [_place_row(place, names) for place in places])
         self.table.fit_columns(stretched=0)
         self.table.setVisible(bool(places))
         self.hint.setVisible(len(places) < number or not number)
-        if number:
-            self.hint.setText(f"The {len(places):,} longest of {number:,} places are listed.")
-        else:
-            self.hint.setText("This cell is empty.")
+        listed = f"The {len(places):,} longest of {number:,} places are listed."
+        self.hint.setText(listed if number else "This cell is empty.")
 
     def _row_chosen(self, index: QModelIndex) -> None:
         if index.isValid():
@@ -207,10 +202,8 @@ class MatrixCanvas(PlotView):
             super().keyPressEvent(event)
         elif key in ARROW_STEPS:
             k = len(figure.actions)
-            row, column = (
-                now + step for now, step in zip(self.focus, ARROW_STEPS[key], strict=True)
-            )
-            self.focus = (min(max(row, 0), k - 1), min(max(column, 0), k))
+            (row, column), (down, right) = self.focus, ARROW_STEPS[key]
+            self.focus = min(max(row + down, 0), k - 1), min(max(column + right, 0), k)
             self._hovered = None
             self._bring_into_view()
             self.pointed.emit(self.focus)
@@ -332,43 +325,30 @@ class DisplayOptions(QWidget):
     #: The same is to be shown otherwise; another stage has to be counted first.
     changed = Signal()
 
-    def __init__(self) -> None:
+    def __init__(self, copy: Callable[[], object], save: Callable[[], object]) -> None:
         super().__init__()
         self.stage_box = stage_combo_box()
         self.unit_box = combo_box(
             "What is counted",
             {"Time": "time", "Segments": "segments"},
-            (
-                "Seconds, or the coder's segments: each counts for what covers most of it in the "
-                "prediction"
-            ),
+            "Seconds, or the coder's segments: each counts for what covers most of it in the "
+            "prediction",
         )
         self.share_box = combo_box(
             "Share",
-            {
-                "By row": "row",
-                "By column": "column",
-                "Counts": "counts",
-            },
-            (
-                "Per cent of what the coder labelled (row), of what was predicted (column), or "
-                "the counts alone"
-            ),
+            {"By row": "row", "By column": "column", "Counts": "counts"},
+            "Per cent of what the coder labelled (row), of what was predicted (column), or the "
+            "counts alone",
         )
-        self.copy = QPushButton("Copy")
-        self.copy.setToolTip("Copy the matrix as text for a spreadsheet")
-        self.save = QPushButton("Save…")
-        self.save.setToolTip("Save the matrix as SVG, PDF or PNG")
+        self.copy = push_button("Copy", copy, tip="Copy the matrix as text for a spreadsheet")
+        self.save = push_button("Save…", save, tip="Save the matrix as SVG, PDF or PNG")
         self._rows = QBoxLayout(QBoxLayout.Direction.LeftToRight, self)
-        self._rows.setContentsMargins(6, 6, 6, 2)
-        self._rows.setSpacing(4)
         self._parts = (
-            _widget_row(self.stage_box, self.unit_box, self.share_box),
-            _widget_row(self.copy, self.save),
+            fill_layout(QHBoxLayout(), self.stage_box, self.unit_box, self.share_box, spacing=4),
+            fill_layout(QHBoxLayout(), self.copy, self.save, spacing=4),
         )
-        self._rows.addLayout(self._parts[0])
-        self._rows.addStretch(1)
-        self._rows.addLayout(self._parts[1])
+        lists, buttons = self._parts
+        fill_layout(self._rows, lists, 1, buttons, margins=(6, 6, 6, 2), spacing=4)
         for box in (self.unit_box, self.share_box):
             box.currentIndexChanged.connect(self.changed)
 
@@ -401,14 +381,6 @@ class DisplayOptions(QWidget):
         return cast(Share, self.share_box.currentData())
 
 
-def _widget_row(*widgets: QWidget) -> QHBoxLayout:
-    row = QHBoxLayout()
-    row.setSpacing(4)
-    for widget in widgets:
-        row.addWidget(widget)
-    return row
-
-
 CONFUSION_JOB = "confusion"
 #: Least height of the matrix with its sentence, in lines; where there is less room, all scrolls.
 LIST_LINES = 13
@@ -429,10 +401,10 @@ class ConfusionView(QWidget):
         self.cells: ConfusionCounts | None = None
         # What is counted or being counted: of this run these demonstrations, at this stage.
         self._run: RunResult | None = None
-        self._requested_cell: tuple[tuple[str, ...], str] = ((), "")
-        self.switches = DisplayOptions()
+        self._requested: tuple[tuple[str, ...], str] = ((), "")
+        self.switches = DisplayOptions(self.copy, self.ask_save)
         self.canvas = MatrixCanvas(lambda: self.figure)
-        self.sentence = QLabel(wordWrap=True, textFormat=Qt.TextFormat.PlainText)
+        self.sentence = sentence_label()
         self.sentence.setAccessibleName("The cell")
         self.sentence.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
         self.list = CellIntervals(document)
@@ -446,13 +418,9 @@ class ConfusionView(QWidget):
         self._lay_out()
         self.switches.stage_box.currentIndexChanged.connect(self._refresh)
         self.switches.changed.connect(self._changed)
-        self.switches.copy.clicked.connect(self.copy)
-        self.switches.save.clicked.connect(self.ask_save)
         self.canvas.pointed.connect(self._describe_cell)
         self.canvas.picked.connect(self._pick)
-        document.review.run_changed.connect(self._refresh)
-        document.author_changed.connect(self._refresh)
-        document.listing_changed.connect(self._refresh)
+        on_visible_run_changed(document, self._refresh)
         themes().changed.connect(self._draw)
 
     @property
@@ -511,11 +479,7 @@ class ConfusionView(QWidget):
         page_layout(upper, self._area, self.sentence, growing=self._area, spacing=2)
         upper.setMinimumHeight(LIST_LINES * self.fontMetrics().height())
         self._split = YieldingSplitter()
-        self._split.addWidget(upper)
-        self._split.addWidget(self.list)
-        self._split.setStretchFactor(0, 3)
-        self._split.setStretchFactor(1, 1)
-        self._split.setSizes([3000, 1000])
+        fill_splitter(self._split, (upper, self.list), (3, 1))
         self._split.splitterMoved.connect(self._draw)
         self._page = scroll_area(self._split)
         self.pages = PageOrPlaceholder(self._page)
@@ -537,12 +501,10 @@ class ConfusionView(QWidget):
             self._show_empty(self._missing(run))
             return
         requested = (tuple(d.id for d in run.tested), self.switches.stage)
-        if self._run is not self.document.review.run or self._requested_cell != requested:
-            if (
-                self._requested_cell[0] != requested[0]
-            ):  # perhaps because some may not be seen any more
+        if self._run is not self.document.review.run or self._requested != requested:
+            if self._requested[0] != requested[0]:  # perhaps as some may not be seen any more
                 self.canvas.show_figure(None)
-            self._run, self._requested_cell = self.document.review.run, requested
+            self._run, self._requested = self.document.review.run, requested
             self.cells = None
             self.list.clear()
             self._jobs.run(count_confusion(run, self.switches.stage), self._take, key=CONFUSION_JOB)
@@ -567,14 +529,12 @@ class ConfusionView(QWidget):
 
     def _take(self, cells: ConfusionCounts) -> None:
         self.cells = cells
-        if not cells.demonstrations:
+        if cells.demonstrations:
+            self.pages.say("")
+            self._changed()
+        else:
             self._show_empty("This run kept no raw predictions; choose 'Filtered'.")
-            self.switches.show()
-            return
-        self.pages.say("")
         self.switches.show()
-        self._draw()
-        self._relist()
 
     def _show_empty(self, text: str) -> None:
         self.cells = None
@@ -658,11 +618,8 @@ class ConfusionView(QWidget):
             self._split.set_empty(self.list, HINT_LINES)
             return
         self._split.set_empty(self.list, 0)
-        row, column = self.canvas.chosen
-        actions = self.cells.actions
-        predicted = None if column == len(actions) else actions[column]
-        names = {d.id: d.name for d in self.cells.demonstrations}
-        places = self.cells.places(actions[row], predicted, self.switches.unit)
-        self.list.show_places(
-            places, names, int(self.cells.numbers(self.switches.unit)[row, column])
-        )
+        cells, unit, (row, column) = self.cells, self.switches.unit, self.canvas.chosen
+        predicted = None if column == len(cells.actions) else cells.actions[column]
+        places = cells.places(cells.actions[row], predicted, unit)
+        names = {d.id: d.name for d in cells.demonstrations}
+        self.list.show_places(places, names, int(cells.numbers(unit)[row, column]))

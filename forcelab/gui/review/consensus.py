@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 
 from PySide6.QtCore import QKeyCombination, QSignalBlocker, Qt, Signal
@@ -25,8 +25,13 @@ from forcelab.errors import ForcelabError
 from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES
-from forcelab.gui.layout import page_layout, set_enabled_with_reason
-from forcelab.gui.review.agreement_details import IntervalRow, IntervalTable, sentence_label
+from forcelab.gui.layout import (
+    fill_layout,
+    page_layout,
+    push_button,
+    set_enabled_with_reason,
+)
+from forcelab.gui.review.agreement_details import IntervalRow, IntervalTable, unfocused_label
 from forcelab.gui.review.reviewed_run import blind_demonstrations
 from forcelab.gui.shortcuts import key_name
 from forcelab.gui.text import escape_ampersands, settle_name
@@ -56,20 +61,11 @@ class ConsensusChoice(QWidget):
         self._known = known
         self._coded: tuple[CoderTracks, ...] = ()
         self._requested = ("", "")
-        self.first, self.second, self.demonstration = (
-            ElidedComboBox(),
-            ElidedComboBox(),
-            ElidedComboBox(),
-        )
-        self.first.setAccessibleName("First coder")
-        self.second.setAccessibleName("Second coder")
-        self.demonstration.setAccessibleName("Demonstration")
-        for box in (self.first, self.second, self.demonstration):
-            box.setMinimumContentsLength(3)
-            box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.first, self.second = _narrow_box("First coder"), _narrow_box("Second coder")
+        self.demonstration = _narrow_box("Demonstration")
         self.first.activated.connect(lambda _: self._offer_demonstrations())
         self.second.activated.connect(lambda _: self._offer_demonstrations())
-        self.demonstration.activated.connect(lambda _: self.changed.emit())
+        self.demonstration.activated.connect(self.changed)
         self.author = QLineEdit(settings.text(AUTHOR_SETTING, CONSENSUS))
         self.author.setPlaceholderText(CONSENSUS)
         self.author.setMinimumWidth(40)
@@ -143,6 +139,14 @@ class ConsensusChoice(QWidget):
             self.offer(self._coded, "")
 
 
+def _narrow_box(name: str) -> ElidedComboBox:
+    box = ElidedComboBox()
+    box.setAccessibleName(name)
+    box.setMinimumContentsLength(3)
+    box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+    return box
+
+
 #: How many letters wide a button is around "Take NAME": its key and its edges.
 BUTTON_CHARACTERS = 8
 
@@ -154,7 +158,7 @@ class KeyedButton(QPushButton):
         super().__init__()
         self.key = QKeySequence(key)
         self.setMinimumWidth(40)
-        self.clicked.connect(lambda _: do())
+        self.clicked.connect(do)
         self.write(text, full_text)
 
     def write(self, text: str, full_text: str = "") -> None:
@@ -187,10 +191,12 @@ class ConsensusButtons(QWidget):
         self.tolerance.setValue(100)
         self.tolerance.setSuffix(" ms")
         self.tolerance.setAccessibleName("How far apart edges may be")
-        self.mean_all = QPushButton("Mean of edges up to")
-        self.mean_all.setToolTip("Set edges that are up to this far apart to their mean")
+        self.mean_all = push_button(
+            "Mean of edges up to",
+            lambda: bar.mean_all(self.tolerance.value() / 1000),
+            tip="Set edges that are up to this far apart to their mean",
+        )
         self.mean_all.setMinimumWidth(40)
-        self.mean_all.clicked.connect(lambda: bar.mean_all(self.tolerance.value() / 1000))
         self._lay_out()
 
     def _lay_out(self) -> None:
@@ -207,14 +213,8 @@ class ConsensusButtons(QWidget):
             decisions.addWidget(pair[1], row, 1)
         for half in (0, 1):
             decisions.setColumnStretch(half, 1)
-        together = QHBoxLayout()
-        together.addWidget(self.mean_all, 1)
-        together.addWidget(self.tolerance)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(6)
-        column.addLayout(decisions)
-        column.addLayout(together)
+        together = fill_layout(QHBoxLayout(), (self.mean_all, 1), self.tolerance)
+        fill_layout(QVBoxLayout(self), decisions, together, margins=0, spacing=6)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Show as much of the coders' names as has room."""
@@ -282,23 +282,15 @@ class ConsensusBar(QWidget):
         self.document = document
         self.consensus: Consensus | None = None
         self.current: Difference | None = None
-        self._names: Mapping[str, str] = {}
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName("Consensus")
-        self.state, self.now = sentence_label(), sentence_label(muted=True)
+        self.state, self.now = unfocused_label(), unfocused_label(muted=True)
         self.places = IntervalTable("Differences, in order of time")
+        self.places.hideColumn(0)  # the demonstration is the same one throughout
         self.buttons = ConsensusButtons(self)
         self.choice = ConsensusChoice(self.buttons.begin, self._coders)
-        self._lay_out()
-        self._connect()
-
-    def _lay_out(self) -> None:
-        self.places.hideColumn(0)  # it is the same one throughout
         parts = self.choice, self.state, self.now, self.buttons, self.places
         page_layout(self, *parts, growing=self.places, margin=6, spacing=6)
-
-    def _connect(self) -> None:
-        document = self.document
         self.places.interval_chosen.connect(self._show_row)
         self.choice.changed.connect(self._read)
         document.tracks_changed.connect(self._track_changed)
@@ -317,9 +309,8 @@ class ConsensusBar(QWidget):
         """The author of the consensus."""
         return self.choice.name
 
-    def show_coded(self, coded: Sequence[CoderTracks], names: Mapping[str, str]) -> None:
+    def show_coded(self, coded: Sequence[CoderTracks]) -> None:
         """Offer demonstrations that two coders labelled; models are not among them."""
-        self._names = names
         self.choice.offer(coded, self.document.id)
 
     def showEvent(self, event: QShowEvent) -> None:
@@ -370,22 +361,13 @@ class ConsensusBar(QWidget):
         self.buttons.name_coders(self.choice.coders)
         focused = QApplication.focusWidget() if self._has_keyboard() else None
         self.buttons.offer(consensus, self.current)
-        if (
-            focused is not None and not focused.isEnabled()
-        ):  # the next field would take the keys as text
-            self.setFocus()
+        if focused is not None and not focused.isEnabled():
+            self.setFocus()  # or the next field takes the keys as text
         self.state.setText(self._state(len(differences), len(waiting)))
         self.now.setText(self._current_item())
-        open_ones = set(waiting)
-        rows = [
-            IntervalRow(
-                difference,
-                self._what(difference),
-                difference not in open_ones,
-            )
-            for difference in differences
-        ]
-        self.places.put(rows, self._names, (*self.choice.coders, "What"))
+        undecided = set(waiting)
+        rows = [IntervalRow(d, self._what(d), d not in undecided) for d in differences]
+        self.places.put(rows, {}, (*self.choice.coders, "What"))
         if self.current in differences:
             self.places.selectRow(differences.index(self.current))
 
@@ -432,10 +414,8 @@ class ConsensusBar(QWidget):
         self.current = difference
         had_keyboard = self._has_keyboard()
         self.document.review.examine(difference)
-        if (
-            had_keyboard and not self._has_keyboard()
-        ):  # another demonstration's track, which was opened, has
-            self.setFocus()
+        if had_keyboard and not self._has_keyboard():
+            self.setFocus()  # a demonstration that was opened has given it to the track
         self._show()
 
     def _has_keyboard(self) -> bool:
@@ -450,7 +430,7 @@ class ConsensusBar(QWidget):
 
     def begin(self) -> None:
         """Take what both say, and go to the first difference."""
-        done = self._carry_out(lambda consensus: consensus.begin())
+        done = self._carry_out(Consensus.begin)
         if done and self.consensus is not None and self.consensus.undecided:
             self._go_to(self.consensus.undecided[0])
 
@@ -458,11 +438,9 @@ class ConsensusBar(QWidget):
         """Undo or redo, and look at the difference that waits again."""
         before = () if self.consensus is None else self.consensus.undecided
         if self._carry_out(verb) and self.consensus is not None:
-            reopened = [
-                difference for difference in self.consensus.undecided if difference not in before
-            ]
-            if reopened:
-                self._go_to(reopened[0])
+            reopened = next((d for d in self.consensus.undecided if d not in before), None)
+            if reopened is not None:
+                self._go_to(reopened)
 
     def decide(self, verb: Callable[[Consensus, Difference], Edit | None]) -> None:
         """Decide the current difference, and go to the next that waits."""
@@ -510,12 +488,9 @@ class ConsensusBar(QWidget):
         project, id_ = self.document.project, self.choice.id
         if project is not None and id_:
             for name in project.actions.vocabulary(project.demonstrations.info(id_).task).names:
-                action = menu.addAction(escape_ampersands(name))
-                action.triggered.connect(partial(self._put, name))
+                put = partial(self.decide, partial(Consensus.put, action=name))
+                menu.addAction(escape_ampersands(name)).triggered.connect(put)
         return menu
-
-    def _put(self, name: str, _checked: bool = False) -> None:
-        self.decide(lambda consensus, difference: consensus.put(difference, name))
 
     # Keys
 

@@ -24,7 +24,15 @@ from PySide6.QtWidgets import (
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.layout import PageOrPlaceholder, copyable, emphasise, muted_label, page_layout
+from forcelab.gui.layout import (
+    PageOrPlaceholder,
+    copyable,
+    emphasise,
+    fill_layout,
+    muted_label,
+    page_layout,
+    sentence_label,
+)
 from forcelab.gui.review import explanation_plots
 from forcelab.gui.review.explanation_plots import BandMap, NearestSegments, ProbabilityChart
 from forcelab.gui.review.reviewed_run import blind_demonstrations
@@ -91,9 +99,7 @@ class ExplanationPage(QScrollArea):
         self.setFrameShape(QScrollArea.Shape.NoFrame)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setAccessibleName("Explanation")
-        plain = Qt.TextFormat.PlainText  # names in it are anybody's
-        self.sentence = QLabel(wordWrap=True, textFormat=plain)
-        self.state_text = QLabel(wordWrap=True, textFormat=plain)
+        self.sentence, self.state_text = sentence_label(), sentence_label()
         self.strongest, self.method = copyable(), copyable()
         emphasise(self.sentence)
         small = self.method.font()
@@ -108,40 +114,22 @@ class ExplanationPage(QScrollArea):
         self._arrange()
 
     def _arrange(self) -> None:
-        top, comparison, evidence = QHBoxLayout(), QVBoxLayout(), QVBoxLayout()
-        top.addWidget(self.sentence, 1)
+        top = fill_layout(QHBoxLayout(), (self.sentence, 1))
         top.addWidget(self.back, 0, Qt.AlignmentFlag.AlignTop)
         self.state = QWidget()
-        line = QHBoxLayout(self.state)
-        line.setContentsMargins(0, 0, 0, 0)
-        line.addWidget(self.state_text, 1)
-        line.addWidget(self.stop)
-        evidence.addWidget(self.bands)
-        evidence.addWidget(self.strongest)
-        evidence.addWidget(self.method)
-        evidence.addStretch(1)
+        fill_layout(QHBoxLayout(self.state), (self.state_text, 1), self.stop, margins=0)
+        evidence = fill_layout(QVBoxLayout(), self.bands, self.strongest, self.method, 1)
         title = QLabel("Nearest in training")
         title.setFont(self.sentence.font())
         note = muted_label("d: distance, in standard deviations of the training segments")
         note.setFont(self.method.font())
-        comparison.addWidget(title)
-        comparison.addWidget(note)
-        comparison.addWidget(self.neighbours)
-        comparison.addStretch(1)
+        comparison = fill_layout(QVBoxLayout(), title, note, self.neighbours, 1)
         self.content = QWidget()
         self._halves = QBoxLayout(QBoxLayout.Direction.TopToBottom, self.content)
-        self._halves.setContentsMargins(0, 0, 0, 0)
-        self._halves.setSpacing(14)
-        self._halves.addLayout(evidence, 1)
-        self._halves.addLayout(comparison, 1)
+        fill_layout(self._halves, (evidence, 1), (comparison, 1), margins=0, spacing=14)
         inner = QWidget()
-        column = QVBoxLayout(inner)
-        column.setContentsMargins(10, 8, 10, 8)
-        column.addLayout(top)
-        column.addWidget(self.chart)
-        column.addWidget(self.state)
-        column.addWidget(self.content)
-        column.addStretch(1)
+        parts = top, self.chart, self.state, self.content, 1
+        fill_layout(QVBoxLayout(inner), *parts, margins=(10, 8, 10, 8))
         self.setWidget(inner)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -178,11 +166,8 @@ class ExplanationPage(QScrollArea):
         self.chart.show_place(why.place, why.probability_trace, threshold, missing)
         self.bands.set_why(why)
         self.strongest.setText(explanation_plots.strongest_bands(why))
-        name = name_of(why.place.demonstration)
-        lines = [
-            explanation_plots.method_sentence(why),
-            explanation_plots.recogniser_sentence(why, name),
-        ]
+        lines = [explanation_plots.method_sentence(why)]
+        lines.append(explanation_plots.recogniser_sentence(why, name_of(why.place.demonstration)))
         if not why.trace_from_run and why.probability_trace is not None:
             lines.append("The run kept no probabilities; those above are of this recogniser.")
         self.method.setText("\n".join([*lines, *why.remarks]))
@@ -254,13 +239,16 @@ class ExplanationView(QWidget):
         page_layout(self, self.pages)
         self._timer = QTimer(self, singleShot=True, interval=SETTLE_TIME)
         self._timer.timeout.connect(self.refresh)
-        document.review.run_changed.connect(self._ask)
+        for changed in (
+            document.review.run_changed,
+            document.demonstration_changed,
+            document.tracks_changed,
+            document.author_changed,
+            document.listing_changed,
+        ):
+            changed.connect(self._ask)
         document.review.examined_changed.connect(self._examined)
         document.selection_changed.connect(self._selected)
-        document.demonstration_changed.connect(self._ask)
-        document.tracks_changed.connect(self._ask)
-        document.author_changed.connect(self._ask)
-        document.listing_changed.connect(self._ask)
         document.view.cursor_moved.connect(self._moved)
 
     def showEvent(self, event: QShowEvent) -> None:
@@ -444,9 +432,8 @@ class ExplanationView(QWidget):
         if isinstance(progress, Progress) and self.place and self._run:
             name = self._name_of(self.place.demonstration)
             elapsed = time.monotonic() - self._begun
-            self.page.say(
-                explanation_plots.held_out_progress(progress, name, elapsed, self._run), "Stop"
-            )
+            state = explanation_plots.held_out_progress(progress, name, elapsed, self._run)
+            self.page.say(state, "Stop")
 
     def _failed(self, error: Exception) -> None:
         self._stopped = True

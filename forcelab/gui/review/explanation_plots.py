@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, QSizeF, Qt, Signal
+from PySide6.QtCore import QLineF, QMarginsF, QPointF, QRectF, QSize, QSizeF, Qt, Signal
 from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QAbstractButton, QGridLayout, QLabel, QSizePolicy, QWidget
 
@@ -18,7 +18,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.figures import text
 from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.kit import text_size
-from forcelab.gui.kit.plot import FAINT, Bars, Plot
+from forcelab.gui.kit.plot import FAINT, Bars, PanelPlot
 from forcelab.gui.kit.traces import curve_colour
 from forcelab.gui.label.scalogram_painting import SHADES, oklch_to_srgb
 from forcelab.gui.label.swatches import paint_swatch, style_of
@@ -132,18 +132,14 @@ NAMED_PROBABILITY, NAME_SPACING = 0.05, 13.0
 LEAST_CONTEXT, CONTEXT_SHARE = 0.5, 1.0
 
 
-class ProbabilityChart(Plot):
+class ProbabilityChart(PanelPlot):
     """Probabilities over time; a click moves the cursor there."""
 
-    ground = "panel"
-
     def __init__(self, document: Document) -> None:
-        super().__init__()
+        super().__init__("", "")
         self.document = document
         self.left.setTicks([[(0.0, "0"), (0.5, "0.5"), (1.0, "1")]])
         self.setAccessibleName("Probability of each action")
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.setFixedHeight(self.sizeHint().height())
         self.probability_trace: ProbabilityTrace | None = None
         self.interval: Interval | None = None
         self.threshold: float | None = None
@@ -156,12 +152,9 @@ class ProbabilityChart(Plot):
             changed.connect(self._show_cursor)
         document.vocabulary_changed.connect(self.redraw)
 
-    def sizeHint(self) -> QSize:
-        return QSize(320, round(text_size.pixels(126)))
-
-    def fit_text(self) -> None:
-        self.setFixedHeight(self.sizeHint().height())
-        super().fit_text()
+    @property
+    def needed_height(self) -> float:
+        return text_size.pixels(126)
 
     def show_place(
         self,
@@ -173,8 +166,7 @@ class ProbabilityChart(Plot):
         """Show the probabilities around an interval, the filter's threshold or what is missing."""
         self.interval, self.probability_trace = place, certainty
         self.threshold, self.missing = threshold, missing
-        self.redraw()
-        self.place()
+        self.renew()
 
     @property
     def margins(self) -> tuple[float, float, float, float]:
@@ -324,39 +316,33 @@ def balance_colour(share: float, dark: bool) -> QColor:
     return QColor(red, green, blue)
 
 
-class BandMap(Plot):
+class BandMap(PanelPlot):
     """A map of weights: a column for each channel, a row for each scale, with Hz at the left.
 
     Below each column stands a bar for the channel as a whole; with its number everything can be
     read without colours.
     """
 
-    ground = "panel"
-
     def __init__(self) -> None:
-        super().__init__(bottom=None)
+        super().__init__("")
         self.setAccessibleName("Bands that speak for and against")
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.why: Explanation | None = None
         self.box.invertY()
         self._bars = self.add_box()
 
     def fit_text(self) -> None:
-        self.setFixedHeight(self.sizeHint().height())
         super().fit_text()
         self.redraw()
 
     def set_why(self, why: Explanation | None) -> None:
         self.why = why
         self.setAccessibleDescription("" if why is None else strongest_bands(why))
-        self.setFixedHeight(self.sizeHint().height())
-        self.redraw()
-        self.place()
+        self.renew()
 
-    def sizeHint(self) -> QSize:
+    @property
+    def needed_height(self) -> float:
         rows = 8 if self.why is None else len(self.why.hertz)
-        height = HEAD_HEIGHT + min(max(rows * 15, 90), 240) + BARS_HEIGHT
-        return QSize(320, round(text_size.pixels(height)))
+        return text_size.pixels(HEAD_HEIGHT + min(max(rows * 15, 90), 240) + BARS_HEIGHT)
 
     # Where things are
 
@@ -432,18 +418,13 @@ class BandMap(Plot):
             return
         painter.setRenderHint(QPainter.RenderHint.TextAntialiasing)
         face, small = text_size.font(MAP_FONT), text_size.font(NUMBER_FONT)
-        head, ink, muted = (
-            text_size.font(MAP_FONT, bold=True),
-            QColor(theme.text),
-            QColor(theme.muted),
-        )
+        head, ink = text_size.font(MAP_FONT, bold=True), QColor(theme.text)
         largest = float(np.abs(why.attribution.bands).max()) or 1.0
         marked = {(band.channel, band.hertz) for band in why.strongest() if band.weight}
         least = QSizeF(NUMBER_CELL_WIDTH, NUMBER_CELL_HEIGHT) * text_size.scale()
         foot = self.height() - text_size.pixels(7)
-        text.draw_text(
-            painter, self.area.left() - 6, foot, "in all", face=face, ink=muted, align=1.0
-        )
+        x, muted = self.area.left() - 6, QColor(theme.muted)
+        text.draw_text(painter, x, foot, "in all", face=face, ink=muted, align=1.0)
         for i, channel in enumerate(why.channels):
             for j, hertz in enumerate(why.hertz.tolist()):
                 box, weight = self.cell(i, j), float(why.attribution.bands[i, j])
@@ -456,11 +437,8 @@ class BandMap(Plot):
                     painter.setPen(QPen(ink, 1.6))
                     painter.drawRect(box.adjusted(0.5, 0.5, -0.5, -0.5))
             box = self.cell(i, 0)
-            x, name = (
-                box.center().x(),
-                text.elided_name(channel, head, box.width() - 4, tuple(why.channels)),
-            )
-            middle = self.area.top() / 2
+            x, middle = box.center().x(), self.area.top() / 2
+            name = text.elided_name(channel, head, box.width() - 4, tuple(why.channels))
             text.draw_text(painter, x, middle, name, face=head, ink=ink, align=0.5)
             number = signed_log_odds(float(why.attribution.channels[i]))
             text.draw_text(painter, x, foot, number, face=face, ink=ink, align=0.5)
@@ -479,21 +457,17 @@ class BandMap(Plot):
             colour = balance_colour(1 - 2 * step / (steps - 1), theme.dark)
             painter.fillRect(QRectF(left, lower + step * high, 10, high + 0.5), colour)
         room = self._legend - 11
-        for y, action, value in (
-            (lower, why.favoured, largest),
-            (upper, why.against, -largest),
-        ):
-            outside = y - line if y == lower else y + line
-            inside = y + line / 2 if y == lower else y - line / 2
+        for y, inwards, action in ((lower, line, why.favoured), (upper, -line, why.against)):
             name = text.elided_name(f"for {action}", face, room)
-            text.draw_text(painter, left, outside, name, face=face, ink=theme.text)
-            number = signed_log_odds(value)
-            text.draw_text(painter, left + 14, inside, number, face=face, ink=theme.muted)
+            text.draw_text(painter, left, y - inwards, name, face=face, ink=theme.text)
+            number, at = signed_log_odds(math.copysign(largest, inwards)), y + inwards / 2
+            text.draw_text(painter, left + 14, at, number, face=face, ink=theme.muted)
 
 
 #: Heights of fonts, of a card and of its frame of video, in pixels.
 CARD_NAME_FONT, CARD_FONT = 11.0, 10.0
 CARD_HEIGHT, CARD_PADDING = 76, 6.0
+CARD_MARGINS = QMarginsF(CARD_PADDING, CARD_PADDING, CARD_PADDING, CARD_PADDING)
 
 
 class SegmentCard(QAbstractButton):
@@ -540,9 +514,7 @@ class SegmentCard(QAbstractButton):
             painter.setBrush(QColor(theme.panel_edge if lit else theme.background))
             painter.drawRoundedRect(QRectF(self.rect()).adjusted(1, 1, -1, -1), 4, 4)
             painter.setOpacity(1.0 if self.isEnabled() else FAINT)
-            inside = QRectF(self.rect()).adjusted(
-                CARD_PADDING, CARD_PADDING, -CARD_PADDING, -CARD_PADDING
-            )
+            inside = QRectF(self.rect()).marginsRemoved(CARD_MARGINS)
             self._paint_line(painter, inside)
             lower = inside.adjusted(0, text_size.pixels(CARD_NAME_FONT) + 5, 0, 0)
             if self._frame is not None:
@@ -562,9 +534,7 @@ class SegmentCard(QAbstractButton):
         theme, y = colours(), box.top() + text_size.pixels(CARD_NAME_FONT) / 2
         face, small = text_size.font(CARD_NAME_FONT), text_size.font(CARD_FONT)
         seconds, distance = self._numbers()
-        far = f"d {distance}"
-        when = f"{seconds} s"
-        ink = QColor(theme.muted)
+        far, when, ink = f"d {distance}", f"{seconds} s", QColor(theme.muted)
         text.draw_text(painter, box.right(), y, far, face=small, ink=ink, align=1.0)
         room = box.width() - text.width(far, small) - text.width(when, small) - 18
         name = text.elided_name(self.name, face, max(room, 20))
@@ -654,8 +624,7 @@ class NearestSegments(QWidget):
                 self._grid.addWidget(card, row, column)
                 self.cards.append(card)
             if not neighbours:
-                none = QLabel("No other demonstration has any.")
-                none.setWordWrap(True)
+                none = QLabel("No other demonstration has any.", wordWrap=True)
                 self._grid.addWidget(none, 1, column, Qt.AlignmentFlag.AlignTop)
 
     def show_traces(self, traces: Sequence[ForcePreview]) -> None:

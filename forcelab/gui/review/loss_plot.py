@@ -15,8 +15,8 @@ from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.kit.plot import Plot
-from forcelab.gui.layout import muted_label, toned_label
-from forcelab.gui.review.reviewed_run import visible_run
+from forcelab.gui.layout import fill_layout, muted_label, toned_label
+from forcelab.gui.review.reviewed_run import on_visible_run_changed, visible_run
 from forcelab.gui.review.trainer import Trainer
 from forcelab.gui.theme import colours
 from forcelab.review.run_result import RunResult
@@ -141,19 +141,13 @@ class LossView(QWidget):
         for label in (self.times, self.remarks):
             label.setContentsMargins(8, 0, 8, 2)
             label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 4)
-        column.setSpacing(2)
-        column.addWidget(self.curves, 1)
-        column.addWidget(self.times)
-        column.addWidget(self.remarks)
+        parts = (self.curves, 1), self.times, self.remarks
+        fill_layout(QVBoxLayout(self), *parts, margins=(0, 0, 0, 4), spacing=2)
         self._soon = QTimer(self, singleShot=True, interval=REFRESH_DELAY)
         self._soon.timeout.connect(self.refresh)
         trainer.losses_changed.connect(self._refresh_soon)
         trainer.changed.connect(self._refresh_soon)
-        for changed in (document.review.run_changed, document.author_changed):
-            changed.connect(self.refresh)
-        document.listing_changed.connect(self.refresh)  # what is coded blind may have changed
+        on_visible_run_changed(document, self.refresh)
         self.refresh()
 
     def showEvent(self, event: QShowEvent) -> None:
@@ -174,12 +168,12 @@ class LossView(QWidget):
             return
         self.curves.show_curves(loss_curves(self.trainer.step_history))
         run = self.document.review.run
-        parts = [] if run is None else self._run_times(run)
-        self.times.setText(" · ".join(parts))
-        self.times.setVisible(bool(parts))
-        remarks = self._remarks()
-        self.remarks.setText(remarks)
-        self.remarks.setVisible(bool(remarks))
+        for label, words in (
+            (self.times, "" if run is None else self._run_times(run)),
+            (self.remarks, self._remarks()),
+        ):
+            label.setText(words)
+            label.setVisible(bool(words))
 
     def _remarks(self) -> str:
         """What the run says besides, as far as the coder may know it."""
@@ -189,21 +183,15 @@ class LossView(QWidget):
             return str(error)
         return "" if run is None else "\n".join(run.remarks)
 
-    def _run_times(self, run: RunResult) -> list[str]:
-        names = {
-            "features": "features",
-            "fit": "fit",
-            "predict": "predict",
-            "filter": "filters",
-        }
+    def _run_times(self, run: RunResult) -> str:
         parts = []
         for name, value in run.seconds.items():
-            part = f"{names.get(name, name)} {_run_time_text(value)}"
+            part = f"{'filters' if name == 'filter' else name} {_run_time_text(value)}"
             if name == "fit" and run.tested:
                 each = _run_time_text(value / len(run.tested))
                 part = f"{part} ({each} a fold)"
             parts.append(part)
-        return parts
+        return " · ".join(parts)
 
 
 def _run_time_text(value: float) -> str:

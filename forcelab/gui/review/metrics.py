@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from forcelab.recognition.intervals import look_up
+from forcelab.recognition.metrics import look_up
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import replace
+from functools import partial
 
 from PySide6.QtCore import QEvent, QSize, Qt, Signal
-from PySide6.QtGui import QAction, QColor, QPainter, QPaintEvent, QResizeEvent, QShowEvent
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import (
     QCheckBox,
     QHBoxLayout,
@@ -28,7 +29,7 @@ from forcelab.gui.figures.tracks import LabelStyle, Legend, styles_in_order
 from forcelab.gui.file_dialogs import export_picture
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.kit import text_size
-from forcelab.gui.layout import PageOrPlaceholder, page_layout, search_field
+from forcelab.gui.layout import PageOrPlaceholder, fill_layout, page_layout, search_field
 from forcelab.gui.review.pair_entries import (
     ExtraRows,
     PairEntry,
@@ -57,11 +58,8 @@ class ActionStyles(dict[str, LabelStyle]):
         return LabelStyle("", QColor(colours().muted))
 
 
-ROWS_SETTING, ORDER_SETTING, STRETCHED_SETTING = (
-    "review/pairs/rows",
-    "review/pairs/order",
-    "review/pairs/stretched",
-)
+ROWS_SETTING, ORDER_SETTING = "review/pairs/rows", "review/pairs/order"
+STRETCHED_SETTING = "review/pairs/stretched"
 #: The steps of recognition that can be shown below a pair.
 STAGES = ("raw", "threshold", "median")
 #: How the choice of a coder's row is remembered, apart from the stages.
@@ -77,8 +75,7 @@ class PairsTools(QWidget):
         super().__init__()
         self._extra_rows = set(settings.strings(ROWS_SETTING))
         self.coders: tuple[str, ...] = ()
-        name = "Filter timeline pairs by name or task"
-        self.search = search_field("Filter pairs", name)
+        self.search = search_field("Filter pairs", "Filter timeline pairs by name or task")
         self.search.setMinimumWidth(60)
         self.order = combo_box(
             "Order of the timeline pairs",
@@ -98,8 +95,12 @@ class PairsTools(QWidget):
         )
         self.rows.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.export = _tool_button("Export…", "Save the pairs as SVG, PDF or PNG")
-        self._lay_out()
-        self._connect()
+        parts = (self.search, 1), self.order, self.stretched, self.rows, self.export
+        margins = int(MARGIN), 6, int(MARGIN), 6
+        fill_layout(QHBoxLayout(self), *parts, margins=margins, spacing=6)
+        self.search.textChanged.connect(self.changed)
+        self.order.currentIndexChanged.connect(self._remember)
+        self.stretched.toggled.connect(self._remember)
         self.offer(())
 
     @property
@@ -126,29 +127,15 @@ class PairsTools(QWidget):
             self._add(CODER_PREFIX + name, name)
 
     def _add(self, key: str, title: str) -> None:
-        action = QAction(escape_ampersands(title), self.menu)
+        action = self.menu.addAction(escape_ampersands(title))
         action.setCheckable(True)
         action.setChecked(key in self._extra_rows)
-        action.toggled.connect(lambda on: self._choose(key, on))
-        self.menu.addAction(action)
+        action.toggled.connect(partial(self._choose, key))
 
     def _choose(self, key: str, on: bool) -> None:
         (self._extra_rows.add if on else self._extra_rows.discard)(key)
         settings.store(ROWS_SETTING, sorted(self._extra_rows))
         self.changed.emit()
-
-    def _lay_out(self) -> None:
-        line = QHBoxLayout(self)
-        line.setContentsMargins(int(MARGIN), 6, int(MARGIN), 6)
-        line.setSpacing(6)
-        line.addWidget(self.search, 1)
-        for widget in (self.order, self.stretched, self.rows, self.export):
-            line.addWidget(widget)
-
-    def _connect(self) -> None:
-        self.search.textChanged.connect(self.changed)
-        self.order.currentIndexChanged.connect(self._remember)
-        self.stretched.toggled.connect(self._remember)
 
     def _remember(self, *_: object) -> None:
         settings.store(ORDER_SETTING, self.chosen_order)
@@ -264,7 +251,6 @@ def _tool_button(title: str, name: str) -> QToolButton:
     button.setText(title)
     button.setAccessibleName(name)
     button.setToolTip(name)
-    button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
     button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
     return button
 
@@ -296,10 +282,12 @@ class PairsView(QWidget):
         self.legend = LegendStrip()
         self.area = PairsList(document)
         self.strip = AxisStrip()
-        self.note = QLabel()
-        self.note.setWordWrap(True)
+        self.note = QLabel(wordWrap=True)
         self.note.setContentsMargins(12, 2, 12, 2)
-        self._lay_out()
+        rows = QWidget()
+        page_layout(rows, LegendRoom(self.legend), self.area, self.strip, growing=self.area)
+        self.pages = PageOrPlaceholder(rows)
+        page_layout(self, self.tools, self.note, self.pages, growing=self.pages)
         self._connect()
 
     # Verbs
@@ -328,12 +316,6 @@ class PairsView(QWidget):
             export_picture(figure, self, title, SUGGESTED_FILE, self.document, self._jobs)
 
     # Inside
-
-    def _lay_out(self) -> None:
-        rows = QWidget()
-        page_layout(rows, LegendRoom(self.legend), self.area, self.strip, growing=self.area)
-        self.pages = PageOrPlaceholder(rows)
-        page_layout(self, self.tools, self.note, self.pages, growing=self.pages)
 
     def _connect(self) -> None:
         document = self.document
@@ -530,11 +512,8 @@ class PairsView(QWidget):
 
     def _check_blind(self) -> None:
         """Follow what is coded blind from now on, or no more."""
-        if (
-            self.isVisible()
-            and self.document.review.run is not None
-            and blind_demonstrations(self.document) != self._hidden
-        ):
+        reviewing = self.isVisible() and self.document.review.run is not None
+        if reviewing and blind_demonstrations(self.document) != self._hidden:
             self._build()
             self._read_all()
 

@@ -9,7 +9,6 @@ from PySide6.QtGui import QColor, QPainter, QShowEvent
 from PySide6.QtWidgets import (
     QDoubleSpinBox,
     QHBoxLayout,
-    QPushButton,
     QStyle,
     QStyledItemDelegate,
     QStyleOptionViewItem,
@@ -23,7 +22,14 @@ from forcelab.gui.figures.text import NAMES
 from forcelab.gui.item_views import Index, TableColumn, TableRow, TextModel, TextTable
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.label.track_spans import track_spans
-from forcelab.gui.layout import PageOrPlaceholder, muted_label, page_layout, set_enabled_with_reason
+from forcelab.gui.layout import (
+    PageOrPlaceholder,
+    fill_layout,
+    muted_label,
+    page_layout,
+    push_button,
+    set_enabled_with_reason,
+)
 from forcelab.gui.obstacles import obstacle_to_accept, obstacle_to_accept_all
 from forcelab.gui.review.reviewed_run import blind_demonstrations
 from forcelab.gui.shortcuts import keys
@@ -61,36 +67,20 @@ class AcceptButtons(QWidget):
     # What it is made of
 
     def _lay_out(self) -> None:
-        self.here = QPushButton()
-        self.here.clicked.connect(self.accept_here)
-        self.in_view = QPushButton()
-        self.in_view.clicked.connect(self.accept_in_view)
-        self.above = QPushButton("Accept a&bove")
-        self.above.setAccessibleName("Accept all segments above this probability")
-        self.above.clicked.connect(self.accept_above)
-        self.at_least = QDoubleSpinBox()
-        self.at_least.setRange(0.0, 1.0)
-        self.at_least.setDecimals(2)
-        self.at_least.setSingleStep(0.05)
+        self.here = push_button("", self.accept_here)
+        self.in_view = push_button("", self.accept_in_view)
+        name = "Accept all segments above this probability"
+        self.above = push_button("Accept a&bove", self.accept_above, name)
+        self.at_least = QDoubleSpinBox(minimum=0.0, maximum=1.0, decimals=2, singleStep=0.05)
         self.at_least.setValue(settings.number("review/accept_above", 0.9, lowest=0, highest=1))
         self.at_least.setAccessibleName("Least mean probability")
-        self.at_least.valueChanged.connect(lambda _: self._follow())
+        self.at_least.valueChanged.connect(self._follow)
         self.at_least.editingFinished.connect(
             lambda: settings.store("review/accept_above", self.at_least.value())
         )
-        rows = QVBoxLayout(self)
-        rows.setContentsMargins(0, 0, 0, 0)
-        rows.setSpacing(4)
-        for widgets in ((self.here, self.in_view), (self.above, self.at_least)):
-            row = QHBoxLayout()
-            row.setSpacing(4)
-            for widget in widgets:
-                row.addWidget(widget)
-            row.addStretch(1)
-            rows.addLayout(row)
-        for button in (self.here, self.in_view, self.above):
-            button.setAutoDefault(False)
-            button.setMinimumWidth(0)
+        upper = fill_layout(QHBoxLayout(), self.here, self.in_view, 1)
+        lower = fill_layout(QHBoxLayout(), self.above, self.at_least, 1)
+        fill_layout(QVBoxLayout(self), upper, lower, margins=0, spacing=4)
 
     def _name_buttons(self) -> None:
         for button, text, command in (
@@ -244,14 +234,11 @@ class ProposalsView(QWidget):
             self.table.fit_columns(stretched=0)
             self.table.horizontalHeader().resizeSection(UNCERTAINTY_COLUMN, BAR_WIDTH)
         self.order.setVisible(bool(rows))
-        self.order.setText(
-            self._finished_text()
-            if rows and rows[0].id in done
-            else "The most uncertain comes first."
-        )
+        all_done = rows and rows[0].id in done
+        self.order.setText(self._done_text() if all_done else "The most uncertain comes first.")
         self.pages.say("" if rows else self._missing(blind))
 
-    def _finished_text(self) -> str:
+    def _done_text(self) -> str:
         """The line above the list once all of it is labelled by the coder."""
         run = self.document.review.run
         if run is None or run.author == self.document.author:
@@ -336,11 +323,8 @@ class _BarDelegate(QStyledItemDelegate):
         chosen = bool(option.state & QStyle.StateFlag.State_Selected)
         painter.save()
         painter.setPen(QColor(theme.accent_text if chosen else theme.text))
-        painter.drawText(
-            QRectF(box.left(), box.top(), 36, box.height()),
-            Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter,
-            number,
-        )
+        flags = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+        painter.drawText(QRectF(box.left(), box.top(), 36, box.height()), flags, number)
         painter.fillRect(bar, QColor(theme.panel_edge))
         bar.setWidth(bar.width() * self._share(index.row()))
         painter.fillRect(bar, QColor(theme.muted))

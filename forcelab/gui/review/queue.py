@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from functools import partial
@@ -12,15 +13,17 @@ from typing import Any, Literal
 
 from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QHBoxLayout, QPushButton, QSizePolicy, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QWidget
 
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import (
     PageOrPlaceholder,
+    fill_layout,
     muted_label,
     page_layout,
+    push_button,
     search_field,
     set_enabled_with_reason,
 )
@@ -40,7 +43,7 @@ from forcelab.project.records import StoredVerdict, VerdictKind, utc_now
 from forcelab.review.differences import Difference, current_tracks
 from forcelab.review.queue import ComparedDemonstration, Queue, arrange_queue
 from forcelab.review.run_result import RunResult, action_styles
-from forcelab.review.verdicts import count_verdicts, model_action, record_verdict, withdraw_verdict
+from forcelab.review.verdicts import model_action, record_verdict, withdraw_verdict
 from forcelab.vocabulary import Vocabulary
 
 #: The tracks are compared again when nothing was painted for so many ms.
@@ -172,11 +175,10 @@ def queue_summary(queue: Queue) -> str:
     main = len(queue.suspected) + len(queue.actions) + len(queue.missed)
     if not queue.judged:
         return f"{main} to judge, none judged yet."
-    pairs = count_verdicts(queue.judged)
+    counts = Counter(verdict.verdict for verdict in queue.judged)
     return (
-        f"{main} to judge. Right so far: human {sum(pair.human_right for pair in pairs)}, model "
-        f"{sum(pair.model_right for pair in pairs)}; ambiguous "
-        f"{sum(pair.ambiguous for pair in pairs)}."
+        f"{main} to judge. Right so far: human {counts['human']}, model {counts['model']}; "
+        f"ambiguous {counts['ambiguous']}."
     )
 
 
@@ -213,23 +215,16 @@ class VerdictButtons(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(4)
-        self.verdicts: dict[str, QPushButton] = {}
-        for verdict, (text, _, tip) in VERDICTS.items():
-            button = QPushButton()
-            button.setAccessibleName(text)
-            button.setToolTip(tip)
-            button.clicked.connect(lambda _=False, v=verdict: self.judged.emit(v))
-            row.addWidget(button, 1)
-            self.verdicts[verdict] = button
-        self.withdraw = QPushButton("Withdraw the verdict")
-        self.withdraw.setAccessibleName(self.withdraw.text())
-        self.withdraw.clicked.connect(self.withdrawn)
-        row.addWidget(self.withdraw, 1)
-        for button in (*self.verdicts.values(), self.withdraw):
+        self.verdicts = {
+            verdict: push_button("", partial(self.judged.emit, verdict), text, tip)
+            for verdict, (text, _, tip) in VERDICTS.items()
+        }
+        text = "Withdraw the verdict"
+        self.withdraw = push_button(text, self.withdrawn, text)
+        buttons = (*self.verdicts.values(), self.withdraw)
+        for button in buttons:
             button.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        fill_layout(QHBoxLayout(self), *((part, 1) for part in buttons), margins=0, spacing=4)
         keys().changed.connect(self._print_keys)
         self._print_keys()
         self.offer(None)
@@ -258,6 +253,7 @@ class VerdictButtons(QWidget):
             button.setText(f"{text}\n{key}" if key else text)
 
 
+UndoKind = Literal["undo", "redo"]
 _time = attrgetter("time")
 
 
@@ -290,24 +286,15 @@ class VerdictUndo:
         self._done.append(_VerdictChange(verdict, withdrawn, edit, utc_now()))
         self._undone.clear()
 
-    def holds(self, kind: Literal["undo", "redo"]) -> bool:
+    def holds(self, kind: UndoKind) -> bool:
         """Whether there is a verdict that may be undone or redone."""
         return bool(self._done if kind == "undo" else self._undone)
 
-    def undo(self) -> bool:
-        """Undo the latest verdict or the latest edit, whichever is newer, where it is."""
-        return self._revert("undo")
-
-    def redo(self) -> bool:
-        """Redo what was undone last, a verdict or an edit."""
-        return self._revert("redo")
-
-    def _revert(self, kind: Literal["undo", "redo"]) -> bool:
-        """Undo or redo the latest verdict, or a later edit."""
+    def revert(self, kind: UndoKind) -> bool:
+        """Undo the latest verdict or edit, whichever is newer; or redo what was undone last."""
         document, project, undoing = self._document, self._document.project, kind == "undo"
-        changes, opposite = self._done, self._undone
-        if not undoing:
-            changes, opposite = opposite, changes
+        done, undone = self._done, self._undone
+        changes, opposite = (done, undone) if undoing else (undone, done)
         while changes and self._counts(changes[-1]) == (changes[-1].withdrawn == undoing):
             changes.pop()  # undone or redone elsewhere
         if changes and not undoing and project is not None and document.id:
@@ -326,7 +313,7 @@ class VerdictUndo:
             return (is_open or document.review.examine(change.verdict)) and self._revert_edit(kind)
         if change.edit and not together:
             changes.pop()  # its labels went another way
-            return self._revert(kind)
+            return self.revert(kind)
         if not document.review.examine(change.verdict):
             return False
         if not together:
@@ -336,12 +323,12 @@ class VerdictUndo:
         opposite.append(replace(changes.pop(), time=utc_now()))
         return True
 
-    def _revert_edit(self, kind: Literal["undo", "redo"]) -> bool:
+    def _revert_edit(self, kind: UndoKind) -> bool:
         editor = self._document.editor
         result = editor.undo_everywhere() if kind == "undo" else editor.redo_everywhere()
         return result is not None
 
-    def _revert_verdict(self, change: _VerdictChange, project: Project, kind: str) -> None:
+    def _revert_verdict(self, change: _VerdictChange, project: Project, kind: UndoKind) -> None:
         """Withdraw a verdict, or give it again."""
         document = self._document
         if change.withdrawn == (kind == "redo"):
@@ -410,10 +397,6 @@ class QueueView(QWidget):
     def queue(self) -> Queue:
         return self.reader.read.queue if self.reader.read is not None else Queue()
 
-    @property
-    def current(self) -> QueueItem | None:
-        return self.list.current
-
     def step(self, direction: int) -> None:
         """Go to the next difference, or with -1 to the one before, once it is known; it wraps."""
         if self.reader.stale:
@@ -430,9 +413,7 @@ class QueueView(QWidget):
         if not self.document.review.examine(place):
             return
         if wrapped:
-            self.document.show_message(
-                "Back at the first." if direction > 0 else "Back at the last."
-            )
+            self.document.show_message(f"Back at the {'first' if direction > 0 else 'last'}.")
         elif not self.isVisible():  # or one would wonder what is wrong there
             human, model = action_name(place.human), action_name(place.predicted)
             self.document.show_message(f"Human: {human}; model: {model}.")
@@ -443,7 +424,7 @@ class QueueView(QWidget):
         If the model is right, the coder's own track gets what it predicts, as one edit that can be
         undone; the difference is open again then.
         """
-        item, read = self.current, self.reader.read
+        item, read = self.list.current, self.reader.read
         if read is None or not isinstance(item, Difference):
             if self.reader.stale and self.document.review.examined is not None:
                 self._verdict = verdict  # it may be open again, after an undo
@@ -477,15 +458,10 @@ class QueueView(QWidget):
         self.reader.track_changed()
         return True
 
-    def undo(self) -> bool:
-        return self._revert(self.history.undo)
-
-    def redo(self) -> bool:
-        return self._revert(self.history.redo)
-
-    def _revert(self, verb: Callable[[], bool]) -> bool:
+    def revert(self, kind: UndoKind) -> bool:
+        """Undo or redo the latest verdict or edit."""
         try:
-            performed = verb()
+            performed = self.history.revert(kind)
         except ForcelabError as error:
             self.document.refuse(str(error))
             return False
@@ -495,7 +471,7 @@ class QueueView(QWidget):
 
     def withdraw(self) -> bool:
         """Withdraw the verdict on the chosen item; it is open again."""
-        item, project = self.current, self.document.project
+        item, project = self.list.current, self.document.project
         if project is None or not isinstance(item, StoredVerdict):
             self.document.show_message(
                 "Choose a judged place first, at the end of the queue.", True
@@ -537,7 +513,7 @@ class QueueView(QWidget):
     def _follow(self) -> None:
         """Mark the examined interval, wherever it was chosen; only that one is judged."""
         self.list.mark(self.document.review.examined)
-        self.buttons.offer(self.current)
+        self.buttons.offer(self.list.current)
 
     def _training_changed(self) -> None:
         if self.document.review.run is None:
@@ -588,9 +564,7 @@ class QueueView(QWidget):
         if not empty and not self.model.sections:
             empty = "Nothing here fits the filter."
         self.pages.say(empty)
-        filled = bool(self.queue.open or self.queue.judged)
-        self.filter.setVisible(filled)
-        self.buttons.setVisible(filled)
-        self._summary.setVisible(filled)
+        for part in (self.filter, self.buttons, self._summary):
+            part.setVisible(bool(self.queue.open or self.queue.judged))
         self._summary.setText(queue_summary(self.queue))
-        self.buttons.offer(self.current)
+        self.buttons.offer(self.list.current)

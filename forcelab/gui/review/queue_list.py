@@ -10,7 +10,6 @@ from typing import Any, Literal, get_args
 
 from PySide6.QtCore import (
     QAbstractListModel,
-    QEvent,
     QModelIndex,
     QObject,
     QPointF,
@@ -25,16 +24,13 @@ from PySide6.QtGui import (
     QFontMetricsF,
     QKeyEvent,
     QPainter,
-    QPalette,
     QPen,
 )
 from PySide6.QtWidgets import (
     QAbstractItemView,
-    QHeaderView,
     QStyle,
     QStyledItemDelegate,
     QStyleOptionViewItem,
-    QTableView,
 )
 
 from forcelab.gui.figures.text import NAMES
@@ -46,6 +42,7 @@ from forcelab.gui.item_views import (
     SIDE,
     SMALL,
     Index,
+    RowList,
     draw_line,
     paint_chevron,
     paint_row_background,
@@ -53,7 +50,6 @@ from forcelab.gui.item_views import (
 )
 from forcelab.gui.label.swatches import paint_swatch, style_of
 from forcelab.gui.theme import colours, themes
-from forcelab.gui.widgets import ENTER_KEYS
 from forcelab.labels import Interval
 from forcelab.project import StoredVerdict
 from forcelab.recognition.label_noise import SUSPECT
@@ -65,7 +61,6 @@ SectionKind = Literal["suspected", "actions", "missed", "boundaries", "invented"
 
 #: Sections that are folded at first: many and small, or no mistakes, or done with.
 FOLDED_AT_FIRST = frozenset({"boundaries", "invented", "judged"})
-
 
 #: The title of each section, and what is in it.
 SECTION_TEXTS = {
@@ -170,16 +165,13 @@ class QueueModel(QAbstractListModel):
         if folded == (section.kind in self.folded):
             return
         first = self._heads[number] + 1
+        begin, end = self.beginInsertRows, self.endInsertRows
         if folded:
-            self.beginRemoveRows(NOWHERE, first, first + len(section) - 1)
-            self.folded.add(section.kind)
-            self._count()
-            self.endRemoveRows()
-        else:
-            self.beginInsertRows(NOWHERE, first, first + len(section) - 1)
-            self.folded.discard(section.kind)
-            self._count()
-            self.endInsertRows()
+            begin, end = self.beginRemoveRows, self.endRemoveRows
+        begin(NOWHERE, first, first + len(section) - 1)
+        self.folded ^= {section.kind}
+        self._count()
+        end()
 
     def _count(self) -> None:
         """Count anew in which rows the headings are."""
@@ -197,13 +189,10 @@ class QueueModel(QAbstractListModel):
 
     def find(self, place: Interval) -> tuple[int, int] | None:
         """The section and the item of an interval, also in folded sections; None if in none."""
+        sought = place.start, place.end, place.demonstration
         for number, section in enumerate(self.sections):
             for item, about in enumerate(section.listed):
-                if (
-                    about.start == place.start
-                    and about.end == place.end
-                    and about.demonstration == place.demonstration
-                ):
+                if (about.start, about.end, about.demonstration) == sought:
                     return number, item
         return None
 
@@ -224,18 +213,17 @@ class QueueModel(QAbstractListModel):
         if item is None:
             return None
         if isinstance(item, QueueSection):
-            text = f"{item.title}: {item.total}"
-            if item.kind in self.folded:
-                text = f"{text}, folded"
-            return {
-                Qt.ItemDataRole.DisplayRole: item.title,
-                Qt.ItemDataRole.AccessibleTextRole: text,
-                Qt.ItemDataRole.ToolTipRole: item.tip,
-            }.get(Qt.ItemDataRole(role))
-        texts = item_text(item, self.names.get(item.demonstration, ""))
-        if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.AccessibleTextRole):
-            return "; ".join(texts)
-        return "\n".join(texts) if role == Qt.ItemDataRole.ToolTipRole else None
+            folded = ", folded" if item.kind in self.folded else ""
+            shown, spoken, tip = item.title, f"{item.title}: {item.total}{folded}", item.tip
+        else:
+            texts = item_text(item, self.names.get(item.demonstration, ""))
+            shown = spoken = "; ".join(texts)
+            tip = "\n".join(texts)
+        return {
+            Qt.ItemDataRole.DisplayRole: shown,
+            Qt.ItemDataRole.AccessibleTextRole: spoken,
+            Qt.ItemDataRole.ToolTipRole: tip,
+        }.get(Qt.ItemDataRole(role))
 
 
 def item_text(about: QueueItem, name: str) -> list[str]:
@@ -267,7 +255,7 @@ class QueuePainter(QStyledItemDelegate):
         self._model, self._vocabulary = model, vocabulary
 
     def sizeHint(self, option: QStyleOptionViewItem, _index: Index) -> QSize:
-        return QSize(0, row_height(option.font))
+        return QSize(0, round(QFontMetricsF(option.font).height() * (1 + SMALL + 3 * ABOVE)))
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         item = self._model.at(index)
@@ -369,10 +357,6 @@ class QueuePainter(QStyledItemDelegate):
         return style_of(self._vocabulary(), action)
 
 
-def row_height(font: QFont) -> int:
-    return round(QFontMetricsF(font).height() * (1 + SMALL + 3 * ABOVE))
-
-
 def _verdict_or_probability(about: QueueItem) -> str:
     if isinstance(about, StoredVerdict):
         return VERDICT_NAMES[about.verdict]
@@ -392,48 +376,23 @@ def _paint_arrow(painter: QPainter, box: QRectF) -> None:
     painter.drawPolyline([upper, QPointF(right, middle), lower])
 
 
-class QueueList(QTableView):
+class QueueList(RowList):
     """The rows; `chosen` holds an interval, `withdrawn` follows Delete."""
 
     chosen = Signal(object)
     withdrawn = Signal()
 
     def __init__(self, model: QueueModel, vocabulary: Callable[[], Vocabulary]) -> None:
-        super().__init__()
+        super().__init__(model)
         self._model = model
         self._last = 0  # where in the order the marked item stood last
-        self.setModel(model)
         self.setItemDelegate(QueuePainter(model, vocabulary, self))
         self.setAccessibleName("Where labels and predictions differ")
-        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.setFrameShape(QTableView.Shape.NoFrame)
-        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        self.setShowGrid(False)
-        self.setWordWrap(False)
+        self.setFrameShape(RowList.Shape.NoFrame)
         self.setMouseTracking(True)
-        # The painter shows what is selected; the view's own ground would hide its words.
-        ground = self.palette()
-        ground.setColor(QPalette.ColorRole.Highlight, Qt.GlobalColor.transparent)
-        self.setPalette(ground)
-        self.setTabKeyNavigation(False)
-        self.horizontalHeader().hide()
-        self.horizontalHeader().setStretchLastSection(True)
-        rows = self.verticalHeader()
-        rows.hide()
-        rows.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
-        self._size_rows()
-        self.clicked.connect(self._clicked)
+        self.clicked.connect(self._show_or_fold)
+        self.opened.connect(self._show_or_fold)
         themes().changed.connect(self.viewport().update)
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.FontChange:
-            self._size_rows()
-
-    def _size_rows(self) -> None:
-        self.verticalHeader().setDefaultSectionSize(row_height(self.font()))
 
     @property
     def current(self) -> QueueItem | None:
@@ -505,17 +464,12 @@ class QueueList(QTableView):
         return True
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        text = event.text()
-        if event.key() in ENTER_KEYS:
-            self._clicked(self.currentIndex())
-        elif event.key() == Qt.Key.Key_Delete:
+        if event.key() == Qt.Key.Key_Delete:
             self.withdrawn.emit()
-        elif text and text.isprintable():
-            event.ignore()
         else:
             super().keyPressEvent(event)
 
-    def _clicked(self, index: QModelIndex) -> None:
+    def _show_or_fold(self, index: QModelIndex) -> None:
         """Show an interval; fold or unfold a section."""
         item = self._model.at(index)
         if isinstance(item, QueueSection):

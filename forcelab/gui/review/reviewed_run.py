@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from forcelab.gui.document import Document
@@ -38,6 +39,16 @@ def visible_run(document: Document) -> RunResult | None:
         tested=tuple(reviewed for reviewed in run.tested if reviewed.id not in blind),
         proposals=tuple(reviewed for reviewed in run.proposals if reviewed.id not in blind),
     )
+
+
+def on_visible_run_changed(document: Document, follow: Callable[[], object]) -> None:
+    """Have a view follow the run, and what of it the coder may see."""
+    for changed in (
+        document.review.run_changed,
+        document.author_changed,
+        document.listing_changed,  # demonstrations may be coded blind from now on
+    ):
+        changed.connect(follow)
 
 
 def with_keys(

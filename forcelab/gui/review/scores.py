@@ -8,14 +8,21 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QModelIndex, Qt
 from PySide6.QtGui import QHideEvent, QShowEvent
-from PySide6.QtWidgets import QAbstractButton, QHBoxLayout, QPushButton, QWidget
+from PySide6.QtWidgets import QAbstractButton, QHBoxLayout, QWidget
 
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable, copy_text
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.layout import PageOrPlaceholder, muted_label, page_layout, toned_label
+from forcelab.gui.layout import (
+    PageOrPlaceholder,
+    fill_layout,
+    muted_label,
+    page_layout,
+    push_button,
+    toned_label,
+)
 from forcelab.gui.review.metrics import (
     AGREEMENT_METRICS,
     ERROR_METRICS,
@@ -23,7 +30,7 @@ from forcelab.gui.review.metrics import (
     Metric,
     reliability_text,
 )
-from forcelab.gui.review.reviewed_run import untested_text, visible_run
+from forcelab.gui.review.reviewed_run import on_visible_run_changed, untested_text, visible_run
 from forcelab.gui.widgets import combo_box
 from forcelab.jobs import Progress
 from forcelab.recognition.intervals import METHOD, Intervals, score_intervals
@@ -89,19 +96,17 @@ class ScoresView(QWidget):
             {"Agreement": "rates", "Kinds of errors": "events"},
             "How well predictions agree with you, or in which way they are wrong",
         )
-        self.copy_button = QPushButton("Copy")
-        self.copy_button.setToolTip("Copy the table as text for a spreadsheet")
+        self.copy_button = push_button(
+            "Copy", self.copy, tip="Copy the table as text for a spreadsheet"
+        )
         self.model = TextModel(self)
         self.table = TextTable(self.model)
         self.table.setAccessibleName("Scores")
         self.warning, self.note = toned_label("warning"), muted_label()
         self._lay_out()
         self.which.currentIndexChanged.connect(self._unsort)
-        self.copy_button.clicked.connect(self.copy)
         self.table.clicked.connect(self._open)
-        document.review.run_changed.connect(self._refresh)
-        document.author_changed.connect(self._refresh)
-        document.listing_changed.connect(self._refresh)
+        on_visible_run_changed(document, self._refresh)
 
     @property
     def metrics(self) -> tuple[Metric, ...]:
@@ -139,10 +144,7 @@ class ScoresView(QWidget):
     def _lay_out(self) -> None:
         self._bar = QWidget()
         bar = QHBoxLayout(self._bar)
-        bar.setContentsMargins(6, 6, 6, 4)
-        bar.addWidget(self.which)
-        bar.addStretch(1)
-        bar.addWidget(self.copy_button)
+        fill_layout(bar, self.which, 1, self.copy_button, margins=(6, 6, 6, 4))
         names = self.table.verticalHeader()
         names.show()
         names.setSectionsClickable(True)

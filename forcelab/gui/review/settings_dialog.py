@@ -21,7 +21,6 @@ from PySide6.QtWidgets import (
     QHeaderView,
     QLabel,
     QLineEdit,
-    QPushButton,
     QStackedWidget,
     QStyledItemDelegate,
     QStyleOptionViewItem,
@@ -36,9 +35,13 @@ from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
 from forcelab.gui.item_views import Index
 from forcelab.gui.layout import (
+    copyable,
     dialog_buttons,
+    fill_layout,
+    label_of,
     muted_label,
     page_layout,
+    push_button,
     scroll_area,
     separator,
     set_enabled_with_reason,
@@ -317,8 +320,7 @@ class SettingsForm(QWidget):
         self._base = preset("paper")
         self._wavelet = self._base.wavelet
         self._rows: dict[str, tuple[QFormLayout, QWidget]] = {}
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
+        column = fill_layout(QVBoxLayout(self), margins=0)
         for name, fields in FIELD_GROUPS.items():
             box = QGroupBox(name)
             form = QFormLayout(box)
@@ -462,9 +464,8 @@ class SettingsDialog(QDialog):
         self.setWindowTitle("Settings of the recogniser")
         self.form = SettingsForm(facts)
         self.form.changed.connect(self._form_changed)
-        self.summary = QLabel(wordWrap=True, textFormat=Qt.TextFormat.PlainText)
+        self.summary = copyable()
         self.summary.setAlignment(Qt.AlignmentFlag.AlignTop)
-        self.summary.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.summary.setAccessibleName("What the preset uses")
         self.about = QLabel(wordWrap=True)
         self.about.setAccessibleName("What the preset is")
@@ -474,14 +475,8 @@ class SettingsDialog(QDialog):
         self._pages.addWidget(self._summary_page())
         self._area = scroll_area(self.form)
         self._pages.addWidget(self._area)
-        column = QVBoxLayout(self)
-        column.addLayout(self._preset_row())
-        column.addWidget(self.about)
-        column.addWidget(self._pages, 1)
-        column.addWidget(separator())
-        column.addWidget(self.scales)
-        column.addWidget(self.cost)
-        column.addWidget(buttons)
+        above, below = (self._preset_row(), self.about), (self.scales, self.cost, buttons)
+        fill_layout(QVBoxLayout(self), *above, (self._pages, 1), separator(), *below)
         self._show_settings(settings)
 
     def sizeHint(self) -> QSize:
@@ -496,30 +491,18 @@ class SettingsDialog(QDialog):
             self.presets.setItemData(i, PRESET_TEXTS.get(name, ""), Qt.ItemDataRole.ToolTipRole)
         self.presets.activated.connect(self._preset_chosen)
         self.changed_label = toned_label("warning", "changed")
-        self.change = QPushButton("&Change…")
-        self.change.setAccessibleName("Change these settings")
-        self.change.clicked.connect(self.open_form)
-        self.back = QPushButton("&Back to the preset")
-        self.back.setAccessibleName("Back to the preset")
-        self.back.clicked.connect(self._preset_chosen)
-        for button in (self.change, self.back):
-            button.setAutoDefault(False)
-        named = QLabel("&Preset")
-        named.setBuddy(self.presets)
-        row = QHBoxLayout()
-        for widget in (named, self.presets, self.changed_label):
-            row.addWidget(widget)
-        row.addStretch(1)
-        row.addWidget(self.change)
-        row.addWidget(self.back)
-        return row
+        self.change = push_button(
+            "&Change…", self.open_form, "Change these settings", auto_default=False
+        )
+        self.back = push_button(
+            "&Back to the preset", self._preset_chosen, "Back to the preset", auto_default=False
+        )
+        chosen = label_of(self.presets, "&Preset"), self.presets, self.changed_label
+        return fill_layout(QHBoxLayout(), *chosen, 1, self.change, self.back)
 
     def _summary_page(self) -> QWidget:
         page = QWidget()
-        column = QVBoxLayout(page)
-        column.setContentsMargins(0, 6, 0, 6)
-        column.addWidget(self.summary)
-        column.addStretch(1)
+        fill_layout(QVBoxLayout(page), self.summary, 1, margins=(0, 6, 0, 6))
         return scroll_area(page)
 
     # What happens

@@ -63,7 +63,6 @@ class ReviewTab(QWidget):
         self._label = label
         self._built: ReviewWorkspace | None = None
         self._painting = True  # whether the timeline has the keyboard while this is in front
-        page_layout(self)
 
     @property
     def workspace(self) -> ReviewWorkspace:
@@ -73,9 +72,7 @@ class ReviewTab(QWidget):
             from forcelab.gui.review.workspace import ReviewWorkspace
 
             self._built = ReviewWorkspace(self.document, self._jobs, self.trainer, self._label)
-            layout = self.layout()
-            assert layout is not None
-            layout.addWidget(self._built)
+            page_layout(self, self._built)
             self._built.restore_layout()
             self._jobs.run(_warm_up(), lambda _: None, key=WARM_UP)
         return self._built
@@ -106,12 +103,12 @@ class ReviewTab(QWidget):
         return {
             "train": self.trainer.train,
             "cancel_training": self.trainer.cancel,
-            "next_review": partial(self._step, 1),
-            "previous_review": partial(self._step, -1),
+            "next_review": lambda: self.workspace.queue.step(1),
+            "previous_review": lambda: self.workspace.queue.step(-1),
             "accept": document.review.accept_here,
             "accept_all": document.review.accept_in_view,
-            "undo": self._undo,
-            "redo": self._redo,
+            "undo": partial(self._revert, "undo"),
+            "redo": partial(self._revert, "redo"),
             "verdict_human": lambda: self.workspace.queue.judge("human"),
             "verdict_model": lambda: self.workspace.queue.judge("model"),
             "verdict_ambiguous": lambda: self.workspace.queue.judge("ambiguous"),
@@ -146,21 +143,15 @@ class ReviewTab(QWidget):
             return ""
         return "" if some else f"There is nothing to {kind}."
 
-    def _step(self, direction: int) -> None:
-        self.workspace.queue.step(direction)
-
-    def _undo(self) -> None:
-        """Undo the latest verdict or edit; verdicts are given by keys in any workspace."""
-        if self._built is None:
-            self.document.editor.undo_everywhere()
+    def _revert(self, kind: Literal["undo", "redo"]) -> None:
+        """Undo or redo the latest verdict or edit; verdicts are given by keys in any workspace."""
+        editor = self.document.editor
+        if self._built is not None:
+            self._built.queue.revert(kind)
+        elif kind == "undo":
+            editor.undo_everywhere()
         else:
-            self._built.queue.undo()
-
-    def _redo(self) -> None:
-        if self._built is None:
-            self.document.editor.redo_everywhere()
-        else:
-            self._built.queue.redo()
+            editor.redo_everywhere()
 
 
 def _warm_up() -> Generator[None, None, None]:

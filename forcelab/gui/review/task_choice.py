@@ -5,7 +5,6 @@ from __future__ import annotations
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QCheckBox,
-    QComboBox,
     QDialog,
     QFormLayout,
     QGroupBox,
@@ -16,15 +15,15 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui.document import Document
-from forcelab.gui.layout import dialog_buttons, set_enabled_with_reason, toned_label
-from forcelab.gui.review.trainer import (
-    OWN_MINIMUM,
-    Trainer,
-    default_author,
-    default_folds,
+from forcelab.gui.layout import (
+    dialog_buttons,
+    fill_layout,
+    set_enabled_with_reason,
+    toned_label,
 )
+from forcelab.gui.review.trainer import OWN_MINIMUM, Trainer, default_author, default_folds
 from forcelab.gui.review.training_preferences import TrainingChoice
-from forcelab.gui.widgets import NAME_CHARACTERS, ElidedComboBox
+from forcelab.gui.widgets import NAME_CHARACTERS, ElidedComboBox, combo_box
 from forcelab.recognition.groups import GROUPS
 from forcelab.text import task_text
 
@@ -43,15 +42,17 @@ class TaskChoiceDialog(QDialog):
         self.tasks = tuple(dict.fromkeys(info.task for info in document.infos))
         self._refusal, self._explanation = toned_label("trouble"), QLabel(wordWrap=True)
         buttons, self.ok = dialog_buttons(self, "Use these tasks")
-        column = QVBoxLayout(self)
-        column.addWidget(self._training_box(choice))
-        column.addWidget(self._testing_box(choice))
-        column.addWidget(self._actions_box(choice))
-        column.addWidget(self._coder_row(choice))
-        column.addWidget(self._explanation)
-        column.addWidget(self._refusal)
-        column.addStretch(1)
-        column.addWidget(buttons)
+        fill_layout(
+            QVBoxLayout(self),
+            self._training_box(choice),
+            self._testing_box(choice),
+            self._actions_box(choice),
+            self._coder_row(choice),
+            self._explanation,
+            self._refusal,
+            1,
+            buttons,
+        )
         self.setMinimumWidth(28 * self.fontMetrics().height())
         self._follow()
 
@@ -91,8 +92,7 @@ class TaskChoiceDialog(QDialog):
             f"Leave them out in {groups} groups, quicker where there are many"
         )
         self.across = _radio_button("Test on another task:")
-        self.test_task = QComboBox()
-        self.test_task.setAccessibleName("Task to test on")
+        self.test_task = combo_box("Task to test on", {})
         for task in self.tasks:
             self.test_task.addItem(task_text(task), task)
         at = self.test_task.findData(choice.test_task)
@@ -108,10 +108,7 @@ class TaskChoiceDialog(QDialog):
         self.leave_out.toggled.connect(lambda on: self._leave_out(0, on))
         self.in_groups.toggled.connect(lambda on: self._leave_out(groups, on))
         self.across.toggled.connect(self._follow)
-        column = QVBoxLayout(box)
-        column.addWidget(self.leave_out)
-        column.addWidget(self.in_groups)
-        column.addWidget(self.across)
+        column = fill_layout(QVBoxLayout(box), self.leave_out, self.in_groups, self.across)
         column.addWidget(self.test_task, 0, Qt.AlignmentFlag.AlignLeft)
         return box
 
@@ -133,22 +130,15 @@ class TaskChoiceDialog(QDialog):
         (self.apart if choice.apart else self.joined).setChecked(True)
         self._same = QGroupBox("Actions of the same name")
         self.apart.toggled.connect(self._follow)
-        column = QVBoxLayout(self._same)
-        column.addWidget(self.joined)
-        column.addWidget(self.apart)
+        fill_layout(QVBoxLayout(self._same), self.joined, self.apart)
         return self._same
 
     def _coder_row(self, choice: TrainingChoice) -> QWidget:
         self._coder_box = QWidget()
         form = QFormLayout(self._coder_box)
         form.setContentsMargins(0, 0, 0, 0)
-        self.coder = QComboBox()
-        self.coder.setAccessibleName("Labels of")
-        self.coder.addItem(
-            f"mine once I have completed {OWN_MINIMUM}, otherwise the coder with the most", ""
-        )
-        for name in self._coders():
-            self.coder.addItem(name, name)
+        usual = f"mine once I have completed {OWN_MINIMUM}, otherwise the coder with the most"
+        self.coder = combo_box("Labels of", {usual: ""} | {name: name for name in self._coders()})
         self.coder.setCurrentIndex(max(self.coder.findData(choice.author or ""), 0))
         self.coder.currentIndexChanged.connect(self._follow)
         form.addRow("&Labels of", self.coder)
@@ -266,11 +256,8 @@ class TaskComboBox(ElidedComboBox):
         """Show up to twice as many characters where there is much room."""
         chosen = self.currentText()
         self.setToolTip(f"{self._name}: {chosen}" if chosen else "")
-        self.setMinimumContentsLength(
-            min(max(len(chosen), NAME_CHARACTERS), 2 * NAME_CHARACTERS)
-            if roomy
-            else NAME_CHARACTERS
-        )
+        most = 2 * NAME_CHARACTERS if roomy else NAME_CHARACTERS
+        self.setMinimumContentsLength(min(max(len(chosen), NAME_CHARACTERS), most))
 
     def _chosen(self, index: int) -> None:
         task = self.itemData(index)

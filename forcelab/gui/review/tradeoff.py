@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from PySide6.QtCore import QItemSelectionModel, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QPushButton, QSplitter, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSplitter, QWidget
 
 from forcelab.errors import ForcelabError
 from forcelab.gui.figures.tradeoff import Tradeoff
@@ -17,10 +17,16 @@ from forcelab.gui.file_dialogs import export_picture
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable
 from forcelab.gui.layout import (
     PageOrPlaceholder,
+    SlimProgressBar,
     copyable,
+    fill_layout,
+    fill_splitter,
+    label_of,
     page_layout,
+    push_button,
     scroll_area,
     set_enabled_with_reason,
+    set_shares,
     toned_label,
 )
 from forcelab.gui.review.tradeoff_plot import Point, TradeoffPlot
@@ -225,13 +231,8 @@ class TradeoffController(QObject):
             return
         self.progress, self.trouble = None, ""
         self._measured_for = self.document.author
-        self._jobs.run(
-            measure_task(project.path, self.task, self.author, self.trainer.settings),
-            self._finished,
-            self._failed,
-            self._progressed,
-            key=MEASURING,
-        )
+        job = measure_task(project.path, self.task, self.author, self.trainer.settings)
+        self._jobs.run(job, self._finished, self._failed, self._progressed, key=MEASURING)
         self.changed.emit()
 
     def cancel(self) -> None:
@@ -251,20 +252,18 @@ class TradeoffController(QObject):
             self.document.show_message(reason, True)
             return
         self._replaced.append(self.trainer.settings)
-        self._adopted = settings
-        self.trainer.set_settings(settings)
-        self.document.show_message(
-            f"'{task_text(self.task)}' is trained with “{name}” from now on."
-        )
-        self.changed.emit()
+        self._train_with(settings, f"with “{name}” from now on")
 
     def undo(self) -> None:
         """Train with the settings again that were in use before the latest ones were adopted."""
         if self._replaced:
-            self._adopted = self._replaced.pop()
-            self.trainer.set_settings(self._adopted)
-            self.document.show_message(f"'{task_text(self.task)}' is trained as before.")
-            self.changed.emit()
+            self._train_with(self._replaced.pop(), "as before")
+
+    def _train_with(self, settings: Settings, how: str) -> None:
+        self._adopted = settings
+        self.trainer.set_settings(settings)
+        self.document.show_message(f"'{task_text(self.task)}' is trained {how}.")
+        self.changed.emit()
 
     def show_measured(self, measured: Measured | None) -> None:
         """Show a measurement, or that there is none."""
@@ -429,11 +428,8 @@ class TradeoffView(QWidget):
         self.table.setMinimumHeight(TABLE_LINES * self.fontMetrics().lineSpacing())
         charts = QWidget()
         page_layout(charts, self.plot, self.summary, growing=self.plot)
-        self._split = QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False)
-        for i, (part, share) in enumerate(zip((charts, self.table), SHARES, strict=True)):
-            self._split.addWidget(part)
-            self._split.setStretchFactor(i, share)
-        self.reset_layout()
+        self._split = QSplitter(Qt.Orientation.Vertical)
+        fill_splitter(self._split, (charts, self.table), SHARES)
         self._axes = self._axes_row()
         page = QWidget()
         page_layout(page, self._axes, self._split, growing=self._split)
@@ -454,21 +450,17 @@ class TradeoffView(QWidget):
 
     def _measurement_row(self) -> QWidget:
         controller = self.controller
-        self.measure = _button("Measure", "Measure recognition of this task", controller.measure)
-        self.measure.setToolTip(
-            "Recognise every labelled demonstration by settings trained on the others"
-        )
-        self.progress = QProgressBar(textVisible=False)
-        self.progress.setFixedWidth(80)
-        self.progress.setMaximumHeight(8)
-        self.progress.setAccessibleName("Progress of the measurement")
-        self.cancel = _button("Cancel", "Cancel the measurement", controller.cancel)
+        tip = "Recognise every labelled demonstration by settings trained on the others"
+        name = "Measure recognition of this task"
+        self.measure = push_button("Measure", controller.measure, name, tip)
+        self.progress = SlimProgressBar("Progress of the measurement", 80)
+        self.cancel = push_button("Cancel", controller.cancel, "Cancel the measurement")
         self.state = ElidedLabel()
         self.state.setAccessibleName("When it was measured")
-        self.undo = _button("Undo", "Undo the latest change of settings", controller.undo)
-        self.undo.setToolTip("Train with the settings that were in use before")
-        self.save = _button("Save…", "Save the plot", self.ask_save)
-        self.save.setToolTip("Save the plot as SVG, PDF or PNG")
+        tip = "Train with the settings that were in use before"
+        self.undo = push_button("Undo", controller.undo, "Undo the latest change of settings", tip)
+        tip = "Save the plot as SVG, PDF or PNG"
+        self.save = push_button("Save…", self.ask_save, "Save the plot", tip)
         return _row(self.measure, self.progress, self.cancel, self.state, self.undo, self.save)
 
     def _axes_row(self) -> QWidget:
@@ -477,10 +469,8 @@ class TradeoffView(QWidget):
             box.set_name(name)
             box.setMinimumContentsLength(AXIS_LETTERS)
             box.addItems([quantity.title for quantity in quantities])
-            box.activated.connect(lambda _: self.refresh())
-        label = QLabel("&against")
-        label.setBuddy(self.time)
-        return _row(self.error, label, self.time)
+            box.activated.connect(self.refresh)
+        return _row(self.error, label_of(self.time, "&against"), self.time)
 
     def refresh(self) -> None:
         """Show what was measured, or what is missing."""
@@ -515,7 +505,7 @@ class TradeoffView(QWidget):
 
     def reset_layout(self) -> None:
         """Share out the room as at first."""
-        self._split.setSizes([1000 * share for share in SHARES])
+        set_shares(self._split, SHARES)
 
     def ask_save(self) -> None:
         """Save the plot with these axes."""
@@ -549,9 +539,7 @@ class TradeoffView(QWidget):
         self.measure.setVisible(not controller.running)
         self.progress.setVisible(controller.running)
         self.cancel.setVisible(controller.running)
-        self.progress.setRange(0, 0 if progress is None else max(progress.total, 1))
-        if progress is not None:
-            self.progress.setValue(min(progress.done, progress.total))
+        self.progress.show_step(progress)
         if controller.running:
             self.state.set_text("starting" if progress is None else progress.text)
         else:
@@ -613,19 +601,9 @@ class TradeoffView(QWidget):
             self.table.scrollTo(index)
 
 
-def _button(text: str, name: str, clicked: Callable[[], object]) -> QPushButton:
-    """A button that Enter elsewhere does not press."""
-    button = QPushButton(text, autoDefault=False)
-    button.setAccessibleName(name)
-    button.clicked.connect(lambda _: clicked())
-    return button
-
-
 def _row(*widgets: QWidget) -> QWidget:
     """Widgets beside each other; labels and lists that elide share the room."""
     holder = QWidget()
-    row = QHBoxLayout(holder)
-    row.setContentsMargins(6, 4, 6, 4)
-    for widget in widgets:
-        row.addWidget(widget, int(isinstance(widget, (ElidedLabel, ElidedComboBox))))
+    shared = [(part, int(isinstance(part, (ElidedLabel, ElidedComboBox)))) for part in widgets]
+    fill_layout(QHBoxLayout(holder), *shared, margins=(6, 4, 6, 4))
     return holder

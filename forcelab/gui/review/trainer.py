@@ -60,18 +60,12 @@ def default_author(document: Document, tasks: set[str | None]) -> str | None:
         seconds = {a: s for a, s in info.labelled.items() if s and not is_model(a)}
         if open_one is not None and info.id == document.id and document.editor.segments:
             # Which the list may not tell yet.
-            seconds[coder] = sum(
-                segment.end - segment.start for segment in document.editor.segments
-            )
+            seconds[coder] = sum(segment.duration for segment in document.editor.segments)
         begun.update(seconds.keys())
-        complete.update(
-            author
-            for author, labelled in seconds.items()
-            if labelled
-            >= COMPLETE_SHARE
-            * max((s for a, s in seconds.items() if a != author), default=info.duration)
-        )
-    count = complete or begun
+        for author, labelled in seconds.items():
+            others = (s for a, s in seconds.items() if a != author)
+            complete[author] += labelled >= COMPLETE_SHARE * max(others, default=info.duration)
+    count = +complete or begun
     if not count:
         return None
     most, number = min(count.items(), key=lambda item: (-item[1], item[0]))
@@ -122,22 +116,19 @@ class AutomaticRuns:
         self._until = now + (now - self._began)
 
     def trained(self, run: RunResult) -> None:
-        """Add a run, and remove those that are too old by now."""
-        task = (*run.tasks, run.test_task)
+        """Add a run, and remove those that are too old by now, unless they were used."""
+        task, document = (*run.tasks, run.test_task), self._document
         self._runs.append(_AutomaticRun(run.number, run.proposer, task))
         for old in [run for run in self._runs if run.task == task][:-AUTOMATIC_RUNS_KEPT]:
-            reviewed = self._document.review.run
-            if reviewed is None or reviewed.number != old.number:
-                self._runs.remove(old)
-                self._let_go(old)
-
-    def _let_go(self, old: _AutomaticRun) -> None:
-        """Have the project delete a run, unless it was used."""
-        if self._document.project is not None:
-            try:
-                self._document.project.runs.forget(old.number, old.proposer)
-            except ForcelabError as error:  # it stays, and is told like any other trouble
-                self._document.show_message(str(error), True)
+            reviewed = document.review.run
+            if reviewed is not None and reviewed.number == old.number:
+                continue
+            self._runs.remove(old)
+            if document.project is not None:
+                try:
+                    document.project.runs.forget(old.number, old.proposer)
+                except ForcelabError as error:  # it stays, and is told like any other trouble
+                    document.show_message(str(error), True)
 
 
 #: Edits are counted once in so many ms at most.
@@ -174,9 +165,8 @@ class EditCounter(QObject):
         self._at = monotonic()
         project, edits = self._document.project, None
         if project is not None and self._document.review.run is not None:
-            from forcelab.gui.review.reviewed_run import (
-                visible_run,  # loads much, which a run has, too
-            )
+            # It loads much, which a run has, too.
+            from forcelab.gui.review.reviewed_run import visible_run
 
             try:
                 run = visible_run(self._document)
@@ -321,23 +311,22 @@ class Trainer(QObject):
         tasks, test = choice.tasks, choice.test_task
         state = document.infos, document.author, author, tasks, test
         if self._other_coders is None or self._other_coders[0] != state:
-            blind = set()
-            if document.project is not None:
-                blind = set(document.project.coding.blind_to(document.author))
-            self._other_coders = (
-                state,
-                Counter(
-                    name
-                    for info in document.infos
-                    if author
-                    and test is None
-                    and info.task in tasks
-                    and not info.labelled.get(author)
-                    for name, seconds in info.labelled.items()
-                    if seconds and not is_model(name)
-                    if name == document.author or info.id not in blind
-                ),
+            project = document.project
+            blind = frozenset() if project is None else project.coding.blind_to(document.author)
+            unlabelled = (
+                info
+                for info in document.infos
+                if author and test is None and info.task in tasks
+                if not info.labelled.get(author)
             )
+            coders = Counter(
+                name
+                for info in unlabelled
+                for name, seconds in info.labelled.items()
+                if seconds and not is_model(name)
+                if name == document.author or info.id not in blind
+            )
+            self._other_coders = state, coders
         return self._other_coders[1]
 
     @property
@@ -446,12 +435,8 @@ class Trainer(QObject):
     def list_runs(self) -> None:
         """Read in the background which runs there are."""
         if self._path is not None:
-            self.jobs.run(
-                self._backend.list_runs(self._path),
-                self._listed,
-                self._failed_to_load,
-                key=LISTING_RUNS,
-            )
+            work = self._backend.list_runs(self._path)
+            self.jobs.run(work, self._listed, self._failed_to_load, key=LISTING_RUNS)
 
     def _listed(self, runs: tuple[RunSummary, ...]) -> None:
         """Offer the runs; where none is reviewed yet, the latest one is."""
@@ -599,13 +584,8 @@ class Trainer(QObject):
         self._automatic_runs.begin()
         self.document.review.set_training(True)
         name = " + ".join(map(task_text, self.choice.tasks))
-        self.jobs.run(
-            self._backend.train(self._path, self._builder(), name, self.step_history),
-            self._trained,
-            self._failed,
-            self._progressed,
-            key=TRAINING,
-        )
+        work = self._backend.train(self._path, self._builder(), name, self.step_history)
+        self.jobs.run(work, self._trained, self._failed, self._progressed, key=TRAINING)
         self.changed.emit()
         self.losses_changed.emit()
         return True
@@ -637,9 +617,8 @@ class Trainer(QObject):
             self.jobs.cancel(LOADING_RUN)
             self.document.review.set_run(run)
         else:  # the coder has turned to another task meanwhile
-            self.document.show_message(
-                f"The training of '{run.title}' is done; its run is in the list."
-            )
+            done = f"The training of '{run.title}' is done; its run is in the list."
+            self.document.show_message(done)
         self.changed.emit()
         self.losses_changed.emit()
         self.list_runs()
@@ -682,12 +661,10 @@ class Trainer(QObject):
         demonstration, run = self.document.demonstration, self.document.review.run
         if demonstration is None:
             return
-        if run is not None and (
-            demonstration.task in (*run.tasks, run.test_task)
-            or run.find(demonstration.id) is not None
-        ):
-            return
-        self.set_task(demonstration.task)
+        task, id_ = demonstration.task, demonstration.id
+        of_run = run is not None and (task in (*run.tasks, run.test_task) or bool(run.find(id_)))
+        if not of_run:
+            self.set_task(task)
 
     def _edited(self) -> None:
         """Train automatically after a pause without edits."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from forcelab.jobs import Progress, map_progress
 from forcelab.text import duration_text
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from forcelab.review.training import TrainingStep
 
 
+T = TypeVar("T")
 #: Gives settings and choice.
 SettingsAndChoice = Callable[[], "tuple[Settings, DataSelection]"]
 
@@ -46,34 +47,35 @@ class Backend:
         return (yield from self.load(path, number))
 
     def load(self, path: Path, number: int) -> Generator[object, None, RunResult]:
-        from forcelab.project import Project
-        from forcelab.review.run_result import load_run
+        def read(project: Project) -> RunResult:
+            from forcelab.review.run_result import load_run
 
-        yield None
-        with Project.open(path) as project:
             return load_run(project, number)
+
+        return _in_project(path, read)
 
     def list_runs(self, path: Path) -> Generator[object, None, tuple[RunSummary, ...]]:
         """Read which runs can be reviewed, the latest first."""
-        from forcelab.project import Project
-
-        yield None
-        with Project.open(path) as project:
-            return project.runs.summaries("evaluate")[::-1]
+        return _in_project(path, lambda project: project.runs.summaries("evaluate")[::-1])
 
     def remove(self, path: Path, number: int) -> Generator[object, None, None]:
         """Remove a run for good; to make the store's file smaller may take seconds."""
-        from forcelab.project import Project
-
-        yield None
-        with Project.open(path) as project:
-            project.runs.remove(number)
+        return _in_project(path, lambda project: project.runs.remove(number))
 
     def count_edits(self, project: Project, run: RunResult) -> int:
         """Edits of the labels that a run rests on; no job, as it takes no time."""
         from forcelab.review.run_result import edits_since
 
         return edits_since(project, run)
+
+
+def _in_project(path: Path, work: Callable[[Project], T]) -> Generator[object, None, T]:
+    """Do something in a project of its own connection, as a job."""
+    from forcelab.project import Project
+
+    yield None
+    with Project.open(path) as project:
+        return work(project)
 
 
 def run_text(run: RunSummary) -> str:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
+from itertools import accumulate
 
-from PySide6.QtCore import QEvent, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtGui import QContextMenuEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QApplication,
     QCheckBox,
     QHBoxLayout,
     QMenu,
-    QProgressBar,
-    QPushButton,
     QSizePolicy,
     QToolButton,
     QVBoxLayout,
@@ -22,7 +22,14 @@ from PySide6.QtWidgets import (
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
-from forcelab.gui.layout import set_enabled_with_reason, toned_label
+from forcelab.gui.layout import (
+    SlimProgressBar,
+    fill_layout,
+    push_button,
+    set_enabled_with_reason,
+    toned_label,
+    tool_button,
+)
 from forcelab.gui.review.task_choice import TaskComboBox
 from forcelab.gui.review.trainer import RUNNING, Trainer
 from forcelab.gui.review.training_backend import run_text, training_progress_text
@@ -197,7 +204,6 @@ class TrainingBar(QWidget):
         self._others: tuple[dict[str, int], str | None] | None = None
         self._build_row()
         self._row = QHBoxLayout()
-        self._row.setSpacing(6)
         self._parts: tuple[QWidget, ...] = (
             self.task,
             self.train,
@@ -212,17 +218,13 @@ class TrainingBar(QWidget):
             self.runs,
             self.compare,
         )
-        for widget in (*self._parts, self.overflow_button):
-            self._row.addWidget(widget)
+        fill_layout(self._row, *self._parts, self.overflow_button, spacing=6)
         self._row.setStretchFactor(self.freshness, 1)
         self._row.setStretchFactor(self.step_text, 1)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(BAR_MARGIN, 4, BAR_MARGIN, 4)
-        column.setSpacing(3)
+        column, margins = QVBoxLayout(self), (BAR_MARGIN, 4, BAR_MARGIN, 4)
         # What has no room is hidden; it must not keep the window wide.
         column.setSizeConstraint(QVBoxLayout.SizeConstraint.SetNoConstraint)
-        column.addLayout(self._row)
-        column.addWidget(self.trouble_row)
+        fill_layout(column, self._row, self.trouble_row, margins=margins, spacing=3)
         trainer.changed.connect(self.refresh)
         trainer.runs_changed.connect(self._count_runs)
         document.listing_changed.connect(self.refresh)
@@ -236,8 +238,7 @@ class TrainingBar(QWidget):
 
     def _build_row(self) -> None:
         self.task = TaskComboBox(self.trainer)
-        self.train = QPushButton("Train")
-        self.train.clicked.connect(self.trainer.train)
+        self.train = push_button("Train", self.trainer.train)
         self.author = AuthorLabel(self.document)
         self.also = AlsoComboBox(self.trainer)
         self.also.merge_map_requested.connect(lambda: self.open_settings(field="merge"))
@@ -245,35 +246,22 @@ class TrainingBar(QWidget):
         self.automatic.setToolTip("Train five seconds after the last edit")
         self.automatic.setAccessibleName("Train automatically after edits")
         self.automatic.toggled.connect(self.trainer.set_automatic)
-        self.settings = QPushButton()
-        self.settings.setToolTip("How a recogniser is trained")
-        self.settings.clicked.connect(self.open_settings)
+        self.settings = push_button("", self.open_settings, tip="How a recogniser is trained")
         self.freshness = ElidedLabel()
         self.freshness.setAccessibleName("State of the recogniser")
-        self.progress = QProgressBar()
-        self.progress.setTextVisible(False)
-        self.progress.setFixedWidth(110)
-        self.progress.setMaximumHeight(8)
-        self.progress.setAccessibleName("Progress of the training")
+        self.progress = SlimProgressBar("Progress of the training", 110)
         self.step_text = ElidedLabel()
         self.step_text.setAccessibleName("What the training does")
-        self.cancel = QPushButton("Cancel")
-        self.cancel.setAccessibleName("Cancel the training")
-        self.cancel.clicked.connect(self.trainer.cancel)
+        self.cancel = push_button("Cancel", self.trainer.cancel, "Cancel the training")
         self.runs = RunComboBox(self.document, self.trainer)
-        self.compare = QPushButton("Compare…")
-        self.compare.setAccessibleName("Compare two runs")
-        self.compare.clicked.connect(self.open_comparison)
-        self.overflow_button = QToolButton()
+        self.compare = push_button("Compare…", self.open_comparison, "Compare two runs")
+        self.overflow_button = QToolButton(popupMode=QToolButton.ToolButtonPopupMode.InstantPopup)
         self.overflow_button.setIcon(icon("more"))
         self.overflow_button.setToolTip("More")
         self.overflow_button.setAccessibleName("More about training")
-        self.overflow_button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self._menu = QMenu(self)
         self._menu.aboutToShow.connect(self._fill_menu)
         self.overflow_button.setMenu(self._menu)
-        for button in (self.train, self.settings, self.cancel, self.compare):
-            button.setAutoDefault(False)
         # Each goes as the other comes; a click leaves the keyboard where it is.
         self.train.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.cancel.setFocusPolicy(Qt.FocusPolicy.TabFocus)
@@ -282,15 +270,10 @@ class TrainingBar(QWidget):
     def _build_trouble_row(self) -> None:
         self.trouble = toned_label("trouble")
         self.trouble.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self.dismiss = QToolButton()
-        self.dismiss.setIcon(icon("cross"))
-        self.dismiss.setToolTip("Dismiss")
-        self.dismiss.setAccessibleName("Dismiss this message")
-        self.dismiss.clicked.connect(self.trainer.dismiss)
+        dismiss = self.trainer.dismiss
+        self.dismiss = tool_button("cross", "Dismiss this message", dismiss, "Dismiss")
         self.trouble_row = QWidget()
-        row = QHBoxLayout(self.trouble_row)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.addWidget(self.trouble, 1)
+        row = fill_layout(QHBoxLayout(self.trouble_row), (self.trouble, 1), margins=0)
         row.addWidget(self.dismiss, 0, Qt.AlignmentFlag.AlignTop)
 
     # Showing
@@ -317,9 +300,8 @@ class TrainingBar(QWidget):
         now = QApplication.focusWidget()
         had_focus = now is not None and self.isAncestorOf(now)
         self.task.refresh()
-        self.automatic.blockSignals(True)
-        self.automatic.setChecked(trainer.automatic)
-        self.automatic.blockSignals(False)
+        with QSignalBlocker(self.automatic):
+            self.automatic.setChecked(trainer.automatic)
         set_enabled_with_reason(self.train, RUNNING if trainer.training else trainer.obstacle)
         self._show_preset()
         self._show_progress()
@@ -353,17 +335,11 @@ class TrainingBar(QWidget):
 
     def _show_progress(self) -> None:
         step, training = self.trainer.step, self.trainer.training
-        self.progress.setRange(0, 0 if step is None else max(step.total, 1))
-        if step is not None:
-            self.progress.setValue(min(step.done, step.total))
-        if not training:
-            self.step_text.set_text("")
-        elif step is None:
-            self.step_text.set_text("starting")
-        else:
-            self.step_text.set_text(
-                training_progress_text(step), training_progress_text(step, short=True)
-            )
+        self.progress.show_step(step)
+        text, short = "starting" if training else "", ""
+        if training and step is not None:
+            text, short = training_progress_text(step), training_progress_text(step, short=True)
+        self.step_text.set_text(text, short)
 
     def _fit(self) -> None:
         """Hide what has no room, the least needed first; progress and freshness always show."""
@@ -382,20 +358,14 @@ class TrainingBar(QWidget):
         gap = self._row.spacing()
         room = self.width() - 2 * BAR_MARGIN - sum(_width_needed(widget) + gap for widget in needed)
         room -= sum(text.short_width + gap for text in texts)
-        whole = sum(_width_needed(widget) + gap for widget in optional)
-        if whole > room:
+        widths = [_width_needed(widget) + gap for widget in optional]
+        if sum(widths) > room:
             room -= _width_needed(self.overflow_button) + gap
-        shown = set[QWidget]()
-        for widget in optional:
-            wide = _width_needed(widget) + gap
-            if wide <= room:
-                shown.add(widget)
-                room -= wide
-            else:
-                break  # what matters less does not overtake
+        # What matters less does not overtake.
+        count = sum(reached <= room for reached in accumulate(widths))
         for widget in self._parts:
-            widget.setVisible(widget in needed or widget in texts or widget in shown)
-        self.overflow_button.setVisible(len(shown) < len(optional))
+            widget.setVisible(widget in (*needed, *texts, *optional[:count]))
+        self.overflow_button.setVisible(count < len(optional))
 
     def _fill_menu(self) -> None:
         for submenu in self._menu.findChildren(QMenu):  # which clear() would leave
@@ -414,16 +384,12 @@ class TrainingBar(QWidget):
                 entry = also.addAction(escape_ampersands(text.removeprefix("Also learn from: ")))
                 entry.setCheckable(True)
                 entry.setChecked(name == self.trainer.also_from)
-                entry.triggered.connect(
-                    lambda _checked=False, name=name: self.trainer.set_also_from(name)
-                )
+                entry.triggered.connect(partial(self.trainer.set_also_from, name))
         if self.runs.isHidden() and self.trainer.runs:
             runs = self._menu.addMenu("Review another run")
             for run in self.trainer.runs:
                 entry = runs.addAction(escape_ampersands(run_text(run)))
-                entry.triggered.connect(
-                    lambda _checked=False, number=run.id: self.trainer.show_run(number)
-                )
+                entry.triggered.connect(partial(self.trainer.show_run, run.id))
         if self.compare.isHidden():
             self._menu.addAction("Compare two runs…", self.open_comparison)
 

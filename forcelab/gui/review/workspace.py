@@ -12,7 +12,13 @@ from PySide6.QtWidgets import QSplitter, QWidget
 from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.layout import YieldingSplitter, page_layout, placeholder
+from forcelab.gui.layout import (
+    YieldingSplitter,
+    fill_splitter,
+    page_layout,
+    placeholder,
+    set_shares,
+)
 from forcelab.gui.review.pairs import PairsView
 from forcelab.gui.review.queue import QueueView
 from forcelab.gui.review.trainer import Trainer
@@ -80,18 +86,18 @@ class ReviewWorkspace(QWidget):
             "loss": "Training",
             "tradeoff": "Accuracy and speed",
         }
-        self._rooms = {name: _placeholder() for name in titles}
+        self._rooms = {name: QWidget() for name in titles}
         for name, title in titles.items():
             self.lists.addTab(self._rooms[name], title)
         self._fill("queue", self.queue)
         self.lists.currentChanged.connect(self._build)
-        self._place = _placeholder()
-        self._video = _placeholder()
+        self._place, self._video = QWidget(), QWidget()
+        self._place_layout, self._video_layout = page_layout(self._place), page_layout(self._video)
         self._left, self._right = YieldingSplitter(), QSplitter(Qt.Orientation.Vertical)
         self._sides = QSplitter()
-        _fill_splitter(self._left, (self.pairs, self._place), BELOW_SHARES)
-        _fill_splitter(self._right, (self.lists, self._video), LIST_SHARES)
-        _fill_splitter(self._sides, (self._left, self._right), BESIDE_SHARES)
+        fill_splitter(self._left, (self.pairs, self._place), BELOW_SHARES)
+        fill_splitter(self._right, (self.lists, self._video), LIST_SHARES)
+        fill_splitter(self._sides, (self._left, self._right), BESIDE_SHARES)
         self._right.splitterMoved.connect(self._video_dragged)
         self._video_by_hand = False  # the coder has chosen the video's height
         self.hint = placeholder(
@@ -108,10 +114,8 @@ class ReviewWorkspace(QWidget):
     def borrow(self) -> None:
         """Take timeline and video from the Label workspace."""
         timeline, video = self._label.lend()
-        for holder, widget in ((self._place, timeline), (self._video, video)):
-            layout = holder.layout()
-            assert layout is not None
-            layout.addWidget(widget)
+        self._place_layout.addWidget(timeline)
+        self._video_layout.addWidget(video)
         timeline.show()
         self._demonstration_changed()
 
@@ -133,12 +137,8 @@ class ReviewWorkspace(QWidget):
             settings.store(f"review/{name}", bytes(state.data()) if by_hand else b"")
 
     def reset_layout(self) -> None:
-        for splitter, shares in (
-            (self._left, BELOW_SHARES),
-            (self._right, LIST_SHARES),
-            (self._sides, BESIDE_SHARES),
-        ):
-            _set_shares(splitter, shares)
+        set_shares(self._left, BELOW_SHARES)
+        set_shares(self._sides, BESIDE_SHARES)
         self._video_by_hand = False
         self._share_lists()
         self._left.sizes_set()
@@ -206,9 +206,7 @@ class ReviewWorkspace(QWidget):
     # Inside
 
     def _fill(self, name: str, page: Page) -> Page:
-        layout = self._rooms[name].layout()
-        assert layout is not None
-        layout.addWidget(page)
+        page_layout(self._rooms[name], page)
         return page
 
     def _build(self, index: int) -> None:
@@ -244,25 +242,3 @@ class ReviewWorkspace(QWidget):
         empty = not self.document.infos
         self._sides.setHidden(empty)
         self.hint.setVisible(empty)
-
-
-def _placeholder() -> QWidget:
-    """Room for a widget that is not always there."""
-    holder = QWidget()
-    page_layout(holder)
-    return holder
-
-
-def _fill_splitter(
-    splitter: QSplitter, parts: tuple[QWidget, QWidget], shares: tuple[int, int]
-) -> None:
-    splitter.setChildrenCollapsible(False)
-    for i, (part, share) in enumerate(zip(parts, shares, strict=True)):
-        splitter.addWidget(part)
-        splitter.setStretchFactor(i, share)
-    _set_shares(splitter, shares)
-
-
-def _set_shares(splitter: QSplitter, shares: tuple[int, int]) -> None:
-    """Give each part its share, however large the splitter is."""
-    splitter.setSizes([1000 * share for share in shares])

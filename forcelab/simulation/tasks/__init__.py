@@ -10,7 +10,7 @@ from forcelab.jobs import Progress, job
 from forcelab.simulation.hand import Trajectory
 from forcelab.simulation.mechanics import Layout, Mechanics
 from forcelab.simulation.scene import TASKS, Array, Event, Motion, Performance, Scene, Task
-from forcelab.simulation.solvers import Rosenbrock, integrating
+from forcelab.simulation.solvers import Solver, integrating
 from forcelab.simulation.tasks.choreography import AFTERWARDS, Choreography
 from forcelab.simulation.tasks.ground_truth import Course, true_actions
 from forcelab.simulation.tasks.plays import PLAYS
@@ -21,19 +21,14 @@ from forcelab.vocabulary import Action, Vocabulary
 RATE = 4000.0
 #: Chosen from the table of `forcelab measure contact`: the largest of its tolerances that leaves
 #: less than a millinewton of error, root mean square, in every task.
-SOLVER = Rosenbrock(tolerance=3e-4)
-
-
-def actions_of(task: Task) -> tuple[str, ...]:
-    """The actions of a task, in the order of its vocabulary."""
-    return recipe(task).actions
+SOLVER = Solver("Rosenbrock", tolerance=3e-4)
 
 
 def vocabulary(task: Task) -> Vocabulary:
     """The vocabulary of a task; an action has the same colour in all tasks."""
     words, elsewhere = Vocabulary(), list[Action]()
     for play in TASKS[: TASKS.index(task) + 1]:
-        words = Vocabulary().with_actions(*actions_of(play), like=elsewhere)
+        words = Vocabulary().with_actions(*recipe(play).actions, like=elsewhere)
         elsewhere += words
     return words
 
@@ -94,8 +89,7 @@ def perform_job(
     )
     start = np.zeros((len(system.names), len(played)))
     for lane, play in enumerate(played):
-        for row, name in enumerate(system.layout.coordinates):
-            start[row, lane] = play.start[name]
+        start[: system.dof, lane] = list(play.start.values())
     # The last step of a lane is cut short only after its end, whether it is the longest or not.
     times = np.arange(0.0, max(play.t for play in played) + AFTERWARDS, 1.0 / RATE)
     solution = yield from integrating(system, start, times, SOLVER)
@@ -121,14 +115,14 @@ def _performance(
     rows = {name: states[row] for row, name in enumerate(Layout.of(played.scene).names)}
     still = np.zeros(len(times))
 
-    def stack_numbers(*names: str) -> Array:
+    def columns(*names: str) -> Array:
         return np.stack([rows.get(name, still) for name in names], axis=1)
 
     motion = Motion(
         times=times,
-        jaws=stack_numbers("left jaw", "right jaw"),
-        tongs=stack_numbers("tongs y", "tongs z", "wrist angle"),
-        body=stack_numbers("body x", "body y", "body z", "cap angle"),
+        jaws=columns("left jaw", "right jaw"),
+        tongs=columns("tongs y", "tongs z", "wrist angle"),
+        body=columns("body x", "body y", "body z", "cap angle"),
         normal=system.evaluate(times, states).normal.T,
     )
     return Performance(

@@ -6,10 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from forcelab.simulation.contact import Array
 from forcelab.simulation.hand import KNOT_STEP, minimum_jerk, tremor, wander
 from forcelab.simulation.mechanics import Layout
-from forcelab.simulation.scene import Scene
+from forcelab.simulation.scene import Array, Scene
 from forcelab.simulation.tasks.ground_truth import Cue, Phase
 
 #: The hand goes on for this long after the end, s: longer than a solver's longest step.

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.labels import Segment, Segments
-from forcelab.simulation.contact import Array
-from forcelab.simulation.scene import Event, Motion
+from forcelab.simulation.scene import Array, Event, Motion
 
 #: What it is called when a jaw touches the body, and when it lets go.
 CONTACT_MADE = ("left jaw: contact made", "right jaw: contact made")
@@ -71,12 +70,11 @@ def first(*kinds: str, near: float = NEAR, lead: float = 0.0) -> Cue:
     return cue
 
 
-def last(*kinds: str, near: float = NEAR, lead: float = 0.0) -> Cue:
-    """Begins `lead` s before the last event of some kinds near the planned time."""
+def last(*kinds: str, near: float = NEAR) -> Cue:
+    """Begins with the last event of some kinds near the planned time."""
 
     def cue(course: Course, planned: float) -> float | None:
-        times = course.times_of(kinds, planned - near, planned + near)
-        return times[-1] - lead if times else None
+        return max(course.times_of(kinds, planned - near, planned + near), default=None)
 
     return cue
 

@@ -244,7 +244,7 @@ def verdicts(view):
 def test_an_undone_verdict_does_not_come_back_with_the_one_beside_it(view, until, in_the_queue):
     view.step(1)
     assert view.judge("model")  # 3 to 4.5 s; the next place begins where it ends
-    assert view.undo() if in_the_queue else view.document.editor.undo_everywhere()
+    assert view.revert("undo") if in_the_queue else view.document.editor.undo_everywhere()
     until(lambda: not view.reader.stale)
     assert verdicts(view) == []
     view.document.review.examine(view.queue.missed[0])
@@ -252,8 +252,8 @@ def test_an_undone_verdict_does_not_come_back_with_the_one_beside_it(view, until
     until(lambda: not view.reader.stale)
     assert verdicts(view) == [(4.5, "model")]
     assert [v.start for v in view.queue.judged] == [4.5]
-    assert view.undo()
-    assert view.redo()
+    assert view.revert("undo")
+    assert view.revert("redo")
     assert verdicts(view) == [(4.5, "model")]
     assert (2, 4.5, "hold") in stored_rows(view.document)
 
@@ -277,24 +277,24 @@ def test_undo_takes_back_verdicts_and_edits_in_their_order_and_shows_where(view,
     document.review.examine(places[first])
     labels = [project.tracks.get(id_, "Ann").segments for id_ in (first, second)]
 
-    assert view.undo()  # the verdict that was given last, and no label
+    assert view.revert("undo")  # the verdict that was given last, and no label
     assert (document.id, examined(view)) == (second, (3, 4.5, "hold", "release"))
     assert [v.verdict for v in project.coding.verdicts()] == ["model"]
     assert [project.tracks.get(id_, "Ann").segments for id_ in (first, second)] == labels
-    assert view.undo()  # what was painted before it
+    assert view.revert("undo")  # what was painted before it
     assert (document.id, stored_rows(document)[-1]) == (second, (6, 8, "release"))
     assert len(project.coding.verdicts()) == 1
-    assert view.undo()  # the first verdict, with its edit, in the other demonstration
+    assert view.revert("undo")  # the first verdict, with its edit, in the other demonstration
     assert document.id == first
     assert project.coding.verdicts() == ()
     assert project.tracks.get(first, "Ann").segments == HUMAN
 
-    assert view.redo()
+    assert view.revert("redo")
     assert [v.verdict for v in project.coding.verdicts()] == ["model"]
     assert project.tracks.get(first, "Ann").segments == labels[0]
-    assert view.redo()
+    assert view.revert("redo")
     assert project.tracks.get(second, "Ann").segments == labels[1]
-    assert view.redo()
+    assert view.revert("redo")
     assert {(v.demonstration, v.verdict) for v in project.coding.verdicts()} == {
         (first, "model"),
         (second, "human"),
@@ -307,12 +307,12 @@ def test_undo_gives_a_withdrawn_verdict_back(view, until):
     until(lambda: not view.reader.stale)
     view.document.review.examine(view.model.sections[-1].listed[0])
     assert view.withdraw()
-    assert view.undo()
+    assert view.revert("undo")
     assert verdicts(view) == [(3, "human")]
-    assert view.undo()
+    assert view.revert("undo")
     assert verdicts(view) == []
     assert view.document.editor.segments == HUMAN
-    assert view.redo()
+    assert view.revert("redo")
     assert verdicts(view) == [(3, "human")]
 
 

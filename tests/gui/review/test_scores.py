@@ -11,8 +11,8 @@ from window_helpers import shown_widget
 
 from forcelab.gui.review.metrics import AGREEMENT_METRICS, ERROR_METRICS
 from forcelab.gui.review.scores import ScoresView
-from forcelab.recognition.intervals import METRICS, Intervals, look_up, score_intervals
-from forcelab.recognition.metrics import count_segments
+from forcelab.recognition.intervals import Intervals, score_intervals
+from forcelab.recognition.metrics import METRICS, count_segments, look_up
 from forcelab.recognition.results import TOO_HIGH
 
 ACTIONS = ("grab", "hold", "release")
