@@ -56,6 +56,14 @@ class FoldResult:
     dropped: tuple[DroppedSegment, ...]  # segments of the others that were not trained on
 
 
+def split_examples(
+    examples: Sequence[Examples], part: Sequence[int]
+) -> tuple[list[Examples], list[Examples]]:
+    """The examples to train on, and those of a group, which the recogniser will not have seen."""
+    train = [example for i, example in enumerate(examples) if i not in part]
+    return train, [examples[i] for i in sorted(part)]
+
+
 def run_folds(
     examples: Sequence[Examples],
     parts: Sequence[Sequence[int]],
@@ -94,8 +102,7 @@ def _run_fold(
     probability_trace: bool,
 ) -> Generator[Progress, None, FoldResult]:
     """Train on all but a group and recognise that; progress gives the position of its fold."""
-    train = [example for i, example in enumerate(examples) if i not in part]
-    held_out = [examples[i] for i in sorted(part)]
+    train, held_out = split_examples(examples, part)
     started = perf_counter()
     try:
         recogniser = yield from fit_examples(train, settings, text=f"fit {position}")
