@@ -213,8 +213,7 @@ class LabelImportDialog(FileDrop, QDialog):
         self._bar.setVisible(False)
         rows = [_row(track, words) for track in report.tracks]
         for path, why in report.unread.items():
-            result = name_fields(why.replace(str(path), path.name), _FIELDS)
-            rows.append(_trouble(TableRow((path.name, "", "", "", result))))
+            rows.append(_trouble(TableRow((path.name, "", "", "", _reason(why, path)))))
         self._model.show(_COLUMNS, rows)
         self.table.fit_columns(stretched=len(_COLUMNS) - 1)
         ready = report.count("new") + report.count("replaced")
@@ -242,11 +241,16 @@ class LabelImportDialog(FileDrop, QDialog):
 
 def _row(track: ImportedTrack, words: dict[str, str]) -> TableRow:
     at = track.demonstration
-    result = name_fields(track.reason, _FIELDS) or words[track.status]
+    result = _reason(track.reason, track.file) or words[track.status]
     result += f": {track.changes}" if track.changes else ""
     name = at.name if at else ""
     row = TableRow((track.file.name, name, track.author, f"{track.segments:,}", result))
     return _trouble(row) if track.reason else row
+
+
+def _reason(why: str, path: Path) -> str:
+    """Why something was left out, as a cell has room for it."""
+    return name_fields(why.replace(str(path), path.name), _FIELDS)
 
 
 def _trouble(row: TableRow) -> TableRow:

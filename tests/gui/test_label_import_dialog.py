@@ -75,6 +75,23 @@ def stored(document, author):
     return document.project.tracks.get(document.infos[0].id, author).segments
 
 
+def test_an_observation_that_cannot_be_read_is_a_row_that_names_no_folder(
+    dialog, document, files, look
+):
+    name = document.infos[0].name
+    rows = [
+        "Observation id,Observer,Behavior,Behavior type,Time",
+        f"{name} - Kim,Kim,grab,STOP,1",
+        *(f"{name} - Ida,Ida,grab,{kind}" for kind in ("START,1", "STOP,2")),
+    ]
+    files[0].write_text("\n".join(rows) + "\n")
+    click(dialog.pick)
+    left, read, _ = look()
+    assert left[2] == "Kim"
+    assert left[4].startswith(f"'{files[0].name}', line 2: 'grab' at 1 s never starts; pair")
+    assert read == (files[0].name, name, "Ida", "1", "new")
+
+
 def test_files_are_matched_before_they_are_imported_and_replace_only_on_demand(
     dialog, document, files, look
 ):
