@@ -164,7 +164,8 @@ def _restarts(table: Table) -> tuple[list[int], list[int]]:
     if len(starts) == 1 or not several:
         return [0], []
     taken = {roles.label, *roles.authors, roles.counter, roles.nanoseconds}
-    columns = {index: text.codes for index, text in table.words.items()} | table.values
+    words = {i: text.codes for i, text in table.words.items() if text.codes.size == stamps.size}
+    columns = words | table.values
     telling, changes = [], np.empty(0, np.intp)
     for index in sorted(columns.keys() - taken):
         own = np.flatnonzero(columns[index][1:] != columns[index][:-1]) + 1
@@ -192,7 +193,7 @@ def _part(table: Table, rows: slice, columns: Sequence[int]) -> Table:
         roles=replace(table.roles, left_out=table.roles.left_out.union(columns)),
         numbers=table.numbers[rows],
         words={index: text.part(rows) for index, text in table.words.items()},
-        lines=np.array(table.lines)[rows],
+        lines=table.lines[rows],
         ragged=table.ragged[rows],
         times=replace(table.times, values=table.times.values[rows]),
         telling=frozenset(columns),
@@ -263,7 +264,7 @@ class Table:
     #: What they hold, side by side, shape (n, len(numeric)): where all of them become channels
     #: these are the signals, as there may be no room for a copy.
     numbers: NDArray[np.float64]
-    #: All other columns but the one of times; of further stamps only the first rows.
+    #: All other columns but the one of times; of a further stamp for each row only the first ones.
     words: dict[int, TextColumn]
     lines: NDArray[np.int64] | range  #: 1-based line of each row
     ragged: NDArray[np.bool_]  #: rows with another number of cells: all their samples are missing
@@ -407,7 +408,8 @@ class TableReader:
             i: TextColumn() for i in indices if i not in roles.numeric and i != roles.time
         }
         labels = (roles.label, *roles.authors)
-        #: Further columns of stamps: they become nothing, so that the first block is enough.
+        #: Further columns of stamps, which at most tell recordings apart: of those with a stamp for
+        #: each row the first blocks are enough.
         self._spare = {
             i for i in self._words if layout.kinds[i] is CellType.STAMP and i not in labels
         }
@@ -424,15 +426,15 @@ class TableReader:
         ragged: NDArray[np.bool_] | None = None,
     ) -> None:
         """Read a block of rows; columns that are left out need not be given."""
-        first = not self._lines
         self._lines.append(np.array(line_numbers, np.int64))
         self._ragged.append(np.zeros(len(line_numbers), np.bool_) if ragged is None else ragged)
         if ragged is not None and ragged.any() and sum(map(len, self._ragged)) >= _RAGGED_ROWS:
             self._refuse_ragged()
         for index, column in columns.items():
             if index in self._words:
-                if first or index not in self._spare:
-                    self._words[index].read(_as_cells(column))
+                words = self._words[index]
+                if index not in self._spare or words.number <= _MOST_PARTS:
+                    words.read(_as_cells(column))
                 continue
             try:
                 self._blocks[index].append(self._numbers(index, column))

@@ -52,6 +52,11 @@ class TextColumn:
         self.codes = np.empty(0, np.int32)
         self.words: list[str] = []
 
+    @property
+    def number(self) -> int:
+        """How many different words it has so far."""
+        return len(self._index)
+
     def read(self, cells: Sequence[str]) -> None:
         """Append the cells of a block."""
         index = self._index

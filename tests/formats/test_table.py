@@ -640,6 +640,18 @@ class TestRecordingsInOneTable:
     def test_what_is_not_told_apart_runs_backwards(self, table, parts):
         assert "time runs backwards" in refusal(table(in_one_table(*parts)))
 
+    @pytest.mark.parametrize("header", ["date,t,fx,note", "date,trial,t,fx,note"])
+    def test_a_date_tells_recordings_apart_however_long_the_table_is(self, table, header):
+        several = header.count(",") > 3
+        days = [f"2024-05-0{i // 2 + 1 if several else i + 1} 10:00:00" for i in range(8)]
+        told = [f"{day},{i + 1}" if several else day for i, day in enumerate(days)]
+        path = table(in_one_table(*((part, 0, 9000) for part in told), header=header))
+        assert path.stat().st_size > 2 << 20  # which are several blocks
+        found = [recording.demonstration for recording in read(path, ReadOptions())]
+        names = [f"{day} trial {i + 1}" if several else day for i, day in enumerate(days)]
+        assert [d.name for d in found] == [f"reach 07 {name}" for name in names]
+        assert {d.times.size for d in found} == {9000}
+
     def test_a_stamp_that_jitters_where_a_column_changes_begins_no_recording(self, table):
         text = in_one_table(("Ann,1", 0, 50), ("Ann,2", 0.48, 50))
         (recording,) = read(table(text), ReadOptions())
