@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcelab.arrays import Real
 from forcelab.capture.align import DeviceStream, channels_of_all, make_increasing, resample
 from forcelab.capture.device import Device
 from forcelab.capture.reader import Window
 from forcelab.demonstration import Channel
-
-Real = NDArray[np.float64]
 
 #: Seconds by which another device may be behind the first before it is not waited for any more.
 PATIENCE_SECONDS = 0.25

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.arrays import Real
 from forcelab.capture.align import channels_of_all
 from forcelab.capture.device import Device
 from forcelab.capture.recorder import Recorder
@@ -26,7 +27,6 @@ from forcelab.signals.grid_reader import GridReader, columns_of
 from forcelab.signals.scalogram import ChannelView, largest_magnitudes, reach
 from forcelab.signals.wavelets import Morlet
 
-Real = NDArray[np.float64]
 Sizes = NDArray[np.float32]
 
 #: Decades from the first to the last colour at most, and the share of values below the last.

@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.arrays import Flags, Real
+from forcelab.arrays import Flags, Floats, Real
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
@@ -85,7 +85,6 @@ def made_up_forces(n: int, channels: int) -> Real:
     return whole[:n, np.arange(channels) % whole.shape[1]]
 
 
-Floats = NDArray[np.floating[Any]]
 Complex = NDArray[np.complexfloating[Any, Any]]
 #: Log magnitudes and phases, shape (c, k, n).
 Features = tuple[Floats, Floats]

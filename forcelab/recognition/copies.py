@@ -13,13 +13,11 @@ import hashlib
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from forcelab.arrays import Floats
 from forcelab.demonstration import Demonstration
 from forcelab.signals.conditioning import bridge
 from forcelab.signals.grid import readings
-
-Real = NDArray[np.floating]
 
 #: Signals are compared at so many steps a second, after a median filter of so many steps, which
 #: takes out glitches, and a Gaussian of so many seconds.
@@ -97,7 +95,7 @@ def _near_copies(demonstrations: Sequence[Demonstration]) -> Iterator[tuple[int,
             yield long[i], long[j]
 
 
-def measure_movements(signals: Sequence[Real], times: Sequence[Real]) -> list[Real]:
+def measure_movements(signals: Sequence[Floats], times: Sequence[Floats]) -> list[Floats]:
     """How the smoothed channels of each recording change from step to step, (c, m) each.
 
     `signals` (n, c), `times` (n,). In units of what is usual for the channel; 0 throughout where a
@@ -111,7 +109,7 @@ def measure_movements(signals: Sequence[Real], times: Sequence[Real]) -> list[Re
     ]
 
 
-def _measure_movement(signals: Real, times: Real) -> Real:
+def _measure_movement(signals: Floats, times: Floats) -> Floats:
     """The changes of one recording's channels, in their units."""
     from scipy.ndimage import gaussian_filter1d, median_filter  # takes long to load
 
@@ -134,13 +132,13 @@ def _measure_movement(signals: Real, times: Real) -> Real:
     return changes
 
 
-def _usual_change(changes: Real) -> Real:
+def _usual_change(changes: Floats) -> Floats:
     """What nine tenths of each channel's changes stay below, (c,)."""
     place = int(0.9 * (changes.shape[1] - 1))
     return np.partition(np.abs(changes), place, axis=1)[:, place]
 
 
-def promising_pairs(movements: Sequence[Real]) -> Iterator[tuple[int, int]]:
+def promising_pairs(movements: Sequence[Floats]) -> Iterator[tuple[int, int]]:
     """Indices of each two recordings that may be one, by a first look at all of them."""
     from scipy.fft import irfft, next_fast_len, rfft  # takes long to load
     from scipy.ndimage import gaussian_filter1d
@@ -171,7 +169,7 @@ def promising_pairs(movements: Sequence[Real]) -> Iterator[tuple[int, int]]:
             yield i, j
 
 
-def _least_alike(a: Real, b: Real) -> Real:
+def _least_alike(a: Floats, b: Floats) -> Floats:
     """The likeness of movements (..., c, n) in the channel where it is least, of those that move.
 
     That is 1 for equal ones up to a scale that all channels share, 0 where nothing moves.
@@ -187,7 +185,7 @@ def _least_alike(a: Real, b: Real) -> Real:
     return np.where(moving.any(axis=-1), alike.min(axis=-1), 0.0)
 
 
-def likeness(first: Real, second: Real) -> float:
+def likeness(first: Floats, second: Floats) -> float:
     """How alike two movements are, shifted to where they are most so: 1 of one recording."""
     from scipy.fft import irfft, next_fast_len, rfft  # takes long to load
 

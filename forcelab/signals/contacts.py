@@ -14,15 +14,15 @@ from operator import attrgetter
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from forcelab.arrays import Real
 from forcelab.demonstration import GAP_PERIODS
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.signals.conditioning import noise_level
 from forcelab.signals.grid import readings
 
-Array = NDArray[np.float64]
 Kind = Literal["touch", "leave", "jerk"]
 
 #: Standard deviation of the Gaussian that smooths the force, s: the scale of the derivative.
@@ -118,7 +118,7 @@ def _sigma(period: float) -> float:
     return max(SCALE / period, 1.0)
 
 
-def _levels(x: Array, period: float, progress: Progress) -> Generator[Progress, None, _Levels]:
+def _levels(x: Real, period: float, progress: Progress) -> Generator[Progress, None, _Levels]:
     """Rest and thresholds, from at most :data:`SAMPLED` samples spread over the channel.
 
     White noise of standard deviation s has, smoothed by a Gaussian of S samples, the standard
@@ -153,7 +153,7 @@ def _levels(x: Array, period: float, progress: Progress) -> Generator[Progress, 
     )
 
 
-def _densest(values: Array) -> float:
+def _densest(values: Real) -> float:
     """The half-sample mode: where values are closest together, as they are at rest."""
     v = np.sort(values)
     while v.size > 3:
@@ -163,7 +163,7 @@ def _densest(values: Array) -> float:
     return float(np.mean(v))
 
 
-def _in_run(t: Array, x: Array, levels: _Levels, period: float) -> Iterator[list[ContactEvent]]:
+def _in_run(t: Real, x: Real, levels: _Levels, period: float) -> Iterator[list[ContactEvent]]:
     """The events of one channel in a stretch without gaps, chunk by chunk."""
     from scipy.ndimage import gaussian_filter1d
 
@@ -188,7 +188,7 @@ def _in_run(t: Array, x: Array, levels: _Levels, period: float) -> Iterator[list
 
 
 def _crossings(
-    t: Array, y: Array, core: slice, levels: _Levels, reach: int, pressed: bool | None
+    t: Real, y: Real, core: slice, levels: _Levels, reach: int, pressed: bool | None
 ) -> tuple[list[ContactEvent], bool]:
     """Touches and leaves in the core of a chunk, and the state after it."""
     part = y[core]
@@ -208,7 +208,7 @@ def _crossings(
     return events, bool(filled[-1])
 
 
-def _crossing(t: Array, y: Array, place: int, level: float) -> float:
+def _crossing(t: Real, y: Real, place: int, level: float) -> float:
     """Where a straight line between samples meets the level, at or before a sample."""
     rising = bool(y[place] >= level)
     k = place
@@ -223,7 +223,7 @@ def _crossing(t: Array, y: Array, place: int, level: float) -> float:
 
 
 def _jerks(
-    t: Array, ts: Array, xs: Array, core: slice, levels: _Levels, sigma: float
+    t: Real, ts: Real, xs: Real, core: slice, levels: _Levels, sigma: float
 ) -> list[ContactEvent]:
     """Peaks of |dF/dt| in the core of a chunk, each with its onset."""
     from scipy.ndimage import maximum_filter1d

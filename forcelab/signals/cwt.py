@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
+from forcelab.arrays import Real
 from forcelab.errors import InputError
 from forcelab.signals.conditioning import condition
 from forcelab.signals.cwt_engine import laid_into_ring, ring_length, ring_response
 from forcelab.signals.wavelets import Morlet, Wavelet
 
-Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 #: A wavelet cut at the Nyquist frequency rings for ever; it is followed for this many samples.

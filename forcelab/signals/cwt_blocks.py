@@ -39,6 +39,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 from scipy import fft
 
+from forcelab.arrays import Floats, Real
 from forcelab.errors import InputError
 from forcelab.signals.wavelets import Morlet
 
@@ -54,9 +55,6 @@ def keep_freed_memory() -> None:
     """
     np.empty(LARGEST, dtype=np.uint8)
 
-
-Real = NDArray[np.float64]
-Floats = NDArray[np.floating[Any]]
 
 #: Outputs of one row of the matrix product: enough work a row, and few products with zeros.
 ROW = 64

@@ -28,6 +28,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy import fft
 
+from forcelab.arrays import Floats, Real
 from forcelab.errors import InputError
 from forcelab.runtime import one_blas_thread
 from forcelab.signals.cwt_blocks import (
@@ -38,11 +39,9 @@ from forcelab.signals.cwt_blocks import (
     Complex,
     Copies,
     Design,
-    Floats,
     Interpolation,
     LargestPower,
     LogPolar,
-    Real,
     Sink,
     Smoothing,
     design,

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.arrays import Flags, Real
 from forcelab.demonstration import GAP_PERIODS, Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
@@ -20,9 +21,6 @@ from forcelab.sample_runs import marked_runs
 from forcelab.signals.channels import channel_map
 from forcelab.signals.conditioning import GLITCH
 from forcelab.signals.grid import MAX_SAMPLES, UNIFORM, measured, readings
-
-Real = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 #: Stamps or samples looked at in one step.
 BLOCK = 1 << 19

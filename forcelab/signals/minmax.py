@@ -32,6 +32,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from forcelab.arrays import Real, Whole
 from forcelab.jobs import Progress
 from forcelab.signals.conditioning import GLITCH, in_short_runs
 from forcelab.signals.grid import readings
@@ -48,9 +49,6 @@ CHUNK = SIZES[-1]
 FEWEST, FINE = 4, 16
 #: From so many samples a column on, extremes are drawn; below, a line through the samples.
 DENSE = 3.0
-
-Real = NDArray[np.float64]
-Whole = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -27,6 +27,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.arrays import Flags, Real, Whole
 from forcelab.demonstration import Demonstration
 from forcelab.jobs import Progress, map_progress
 from forcelab.signals.conditioning import condition
@@ -35,9 +36,6 @@ from forcelab.signals.cwt_engine import plan_for
 from forcelab.signals.grid_reader import GridReader, open_reader
 from forcelab.signals.wavelets import Morlet
 
-Real = NDArray[np.float64]
-Whole = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 Picture = NDArray[np.float32]
 
 #: Error of the transform, of the largest coefficient of a scale.

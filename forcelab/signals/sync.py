@@ -16,6 +16,7 @@ from operator import attrgetter
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from forcelab.arrays import Real
 from forcelab.clock import ClockMap, fit_clock
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
@@ -24,8 +25,6 @@ from forcelab.project.media import name_video
 from forcelab.signals.conditioning import bridge
 from forcelab.signals.grid import readings
 from forcelab.video.motion import measuring_motion
-
-Array = NDArray[np.float64]
 
 #: Samples a second at which taps are looked for, at most.
 TAP_RATE = 500.0
@@ -52,7 +51,7 @@ class Tap:
     clearness: float  # how many times higher it is than all else around it
 
 
-def find_taps(times: Array, force: Array) -> tuple[Tap, ...]:
+def find_taps(times: Real, force: Real) -> tuple[Tap, ...]:
     """Find the taps in a force recording.
 
     `times` (n,): s, strictly increasing; `force` (n, c): NaN or infinity marks missing samples.
@@ -96,7 +95,7 @@ def find_taps(times: Array, force: Array) -> tuple[Tap, ...]:
     return tuple(tap for tap in taps if tap.clearness >= LEAST_RELATIVE_CLEARNESS * clearest)
 
 
-def rate_of_change(times: Array, force: Array, rate: float) -> tuple[Array, Array]:
+def rate_of_change(times: Real, force: Real, rate: float) -> tuple[Real, Real]:
     """The magnitude of the force's rate of change over all channels, on a uniform grid.
 
     `times` (n,): s, strictly increasing; `force` (n, c): NaN or infinity marks missing samples,
@@ -115,7 +114,7 @@ def rate_of_change(times: Array, force: Array, rate: float) -> tuple[Array, Arra
     return grid, np.sqrt(power)
 
 
-def _read(grid: Array, times: Array, column: Array) -> Array:
+def _read(grid: Real, times: Real, column: Real) -> Real:
     """A channel at the grid's times, averaged where it has several samples for each of them."""
     from scipy.ndimage import uniform_filter1d
 
@@ -148,12 +147,12 @@ PEAK_DISTANCE = 0.3
 class MotionSignal:
     """A signal on a grid of `rate` samples a second: its abrupt part, and the whole's logarithm."""
 
-    times: Array
-    abrupt: Array
-    level: Array
+    times: Real
+    abrupt: Real
+    level: Real
     rate: float
 
-    def to_show(self) -> Array:
+    def to_show(self) -> Real:
         """Times and abrupt part, the largest of it 1."""
         top = float(np.max(self.abrupt, initial=0.0))
         return np.stack([self.times, self.abrupt / top if top > 0 else self.abrupt])
@@ -169,7 +168,7 @@ class Lag:
     alike: float
 
 
-def video_signal(times: Array, energy: Array, rate: float) -> MotionSignal:
+def video_signal(times: Real, energy: Real, rate: float) -> MotionSignal:
     """The video's motion on a grid of `rate` samples a second."""
     from scipy.ndimage import gaussian_filter1d
 
@@ -183,7 +182,7 @@ def video_signal(times: Array, energy: Array, rate: float) -> MotionSignal:
     )
 
 
-def _abrupt_motion(times: Array, energy: Array) -> Array:
+def _abrupt_motion(times: Real, energy: Real) -> Real:
     """By how much the root of the energy exceeds its running median; shape (n - 1,)."""
     from scipy.ndimage import median_filter
 
@@ -192,7 +191,7 @@ def _abrupt_motion(times: Array, energy: Array) -> Array:
     return np.maximum(root - median_filter(root, width, mode="nearest"), 0.0)
 
 
-def force_signal(times: Array, force: Array, rate: float) -> MotionSignal:
+def force_signal(times: Real, force: Real, rate: float) -> MotionSignal:
     """The force's rate of change on a grid of `rate` samples a second."""
     from scipy.ndimage import gaussian_filter1d, median_filter
 
@@ -235,7 +234,7 @@ def best_shift(
     return Lag(clock, peak, second / peak if peak > 0 else 1.0, float(alike[top]))
 
 
-def _vertex(x: Array, y: Array, top: int) -> float:
+def _vertex(x: Real, y: Real, top: int) -> float:
     """Where a parabola through the highest value and its neighbours is highest."""
     if 0 < top < y.size - 1:
         bend = y[top - 1] - 2.0 * y[top] + y[top + 1]
@@ -244,7 +243,7 @@ def _vertex(x: Array, y: Array, top: int) -> float:
     return float(x[top])
 
 
-def _correlation(pairs: Sequence[tuple[Array, Array]]) -> tuple[Array, NDArray[np.intp]]:
+def _correlation(pairs: Sequence[tuple[Real, Real]]) -> tuple[Real, NDArray[np.intp]]:
     """The mean correlation coefficient of pairs over what they have in common, for every shift.
 
     Gives the values and the shifts in samples for which the first of each pair is to be delayed,
@@ -256,7 +255,7 @@ def _correlation(pairs: Sequence[tuple[Array, Array]]) -> tuple[Array, NDArray[n
     n, m = pairs[0][0].size, pairs[0][1].size
     size = next_fast_len(n + m, real=True)
 
-    def sums(first: NDArray[np.complex128], second: NDArray[np.complex128]) -> Array:
+    def sums(first: NDArray[np.complex128], second: NDArray[np.complex128]) -> Real:
         return np.asarray(irfft(np.conj(first) * second, size))
 
     total = np.zeros(size)
@@ -277,12 +276,12 @@ def _correlation(pairs: Sequence[tuple[Array, Array]]) -> tuple[Array, NDArray[n
     return total[order], lags[order]
 
 
-def _spread(values: Array) -> float:
+def _spread(values: Real) -> float:
     """The standard deviation, or 1 for a constant."""
     return float(np.std(values)) or 1.0
 
 
-def _tap_votes(times: Array, abrupt: Array, taps: tuple[Tap, ...], shift: Array) -> Array:
+def _tap_votes(times: Real, abrupt: Real, taps: tuple[Tap, ...], shift: Real) -> Real:
     """How well the taps meet abrupt motion for each shift: -1..1, 0 where they are not filmed."""
     from scipy.ndimage import maximum_filter1d
 
@@ -338,8 +337,8 @@ class Proposal:
     taps: tuple[tuple[float, float], ...]
     #: motion and force: (2, m), what was compared, for looking at: rows of own times (s) and values
     #: of 0..1.
-    motion: Array
-    force: Array
+    motion: Real
+    force: Real
 
     @property
     def doubtful(self) -> bool:
@@ -408,7 +407,7 @@ def propose_clock(
     return Proposal(clock, confidence, residual, pairs, motion.to_show(), rate.to_show())
 
 
-def _valid_readings(force: Array) -> Array:
+def _valid_readings(force: Real) -> Real:
     """Force channels (m, c) with NaN for what no sensor can have read."""
     return np.stack([readings(channel) for channel in force.T], axis=1)
 
@@ -418,7 +417,7 @@ def _share_between(value: float, zero: float, full: float) -> float:
     return float(np.clip((value - zero) / (full - zero), 0.0, 1.0))
 
 
-def _check_series(times: ArrayLike, values: ArrayLike, noun: str) -> tuple[Array, Array]:
+def _check_series(times: ArrayLike, values: ArrayLike, noun: str) -> tuple[Real, Real]:
     """Times (n,) and values (n, c) as floats."""
     t = np.asarray(times, dtype=np.float64)
     v = np.asarray(values, dtype=np.float64)
@@ -436,7 +435,7 @@ def _check_series(times: ArrayLike, values: ArrayLike, noun: str) -> tuple[Array
 
 
 def _refine_by_taps(
-    coarse: ClockMap, times: Array, energy: Array, taps: tuple[Tap, ...]
+    coarse: ClockMap, times: Real, energy: Real, taps: tuple[Tap, ...]
 ) -> tuple[ClockMap, float, tuple[tuple[float, float], ...], float | None]:
     """The clock through the taps, its residual (s), the taps, and how clearly they are seen, 0..1.
 
@@ -490,7 +489,7 @@ def _refine_by_taps(
     return clock, float(np.sqrt(np.mean(away**2))), tuple(pairs), clear
 
 
-def _motion_growth(energy: Array) -> Array:
+def _motion_growth(energy: Real) -> Real:
     """By how much more moves in a frame and the next than in the two before, in usual amounts.
 
     Two, since what touches slows down before and is seen for more than one frame.

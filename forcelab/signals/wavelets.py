@@ -22,9 +22,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from forcelab.arrays import Real
 from forcelab.errors import InputError
 
-Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyqtgraph as pg
-from numpy.typing import NDArray
 from PySide6.QtCore import QLineF, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import QBrush, QColor, QPainter, QPen
 from PySide6.QtWidgets import QSizePolicy
 
+from forcelab.arrays import Real
 from forcelab.capture.align import FORCE_NAME
 from forcelab.demonstration import GAP_PERIODS, Channel
 from forcelab.gui.capture.controller import CaptureController, CaptureState
@@ -48,7 +48,6 @@ from forcelab.signals.minmax import Extremes, run_extremes
 if TYPE_CHECKING:
     from forcelab.capture.recorder import RecorderState
 
-Real = NDArray[np.float64]
 
 #: A step between samples of fewer seconds is no gap, however many periods that are.
 GAP = 0.02

@@ -13,10 +13,11 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QHideEvent, QPainter, QPen, QPolygonF, QShowEvent
 from PySide6.QtWidgets import QWidget
 
+from forcelab.arrays import Real
 from forcelab.errors import ForcelabError
 from forcelab.gui import settings
 from forcelab.gui.capture.controller import CaptureController
-from forcelab.gui.capture.live_plot import APART, SECONDS, LivePlot, Real, gutter, plot_width
+from forcelab.gui.capture.live_plot import APART, SECONDS, LivePlot, gutter, plot_width
 from forcelab.gui.figures import text
 from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.jobs import Jobs

@@ -18,13 +18,12 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPaintEngine, QPainter, QPen, QPolygonF
 from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
+from forcelab.arrays import Real
 from forcelab.gui.figures import text
 from forcelab.gui.figures.colormap import mixed, translucent
 from forcelab.gui.kit.plot import BoxItem
 from forcelab.gui.theme import Colours, colours
 from forcelab.signals.minmax import Extremes
-
-Real = NDArray[np.float64]
 
 #: Thickness of curves and side of the squares at samples, in pixels of the widget.
 THICKNESS = 1.2

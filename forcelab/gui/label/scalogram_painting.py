@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPen, QPolygonF
 
+from forcelab.arrays import Real
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import NUMBER
 from forcelab.gui.figures.colormap import translucent
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
     from forcelab.signals.scalogram import Scalogram
 
 
-Real = NDArray[np.float64]
 Bytes = NDArray[np.uint8]
 
 #: From OKLab to cube roots of cone responses, and from cone responses to linear sRGB [1]_.

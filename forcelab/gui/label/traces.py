@@ -17,6 +17,7 @@ from PySide6.QtCore import QLineF, QObject, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QAction, QColor, QPainter, QPen
 from PySide6.QtWidgets import QMenu
 
+from forcelab.arrays import Real
 from forcelab.demonstration import GAP_PERIODS, Channel, Demonstration
 from forcelab.gui import settings
 from forcelab.gui.document import Document
@@ -49,7 +50,6 @@ SYNCHRONOUS_SAMPLES = 500_000
 #: Seconds between two drawings while channels are read.
 REDRAW_SECONDS = 0.1
 
-Real = NDArray[np.float64]
 Gaps = Real
 """Starts and ends of gaps in seconds, shape (2, g)."""
 

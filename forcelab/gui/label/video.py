@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QRect, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QComboBox, QWidget
 
+from forcelab.arrays import Real
 from forcelab.demonstration import VideoReference
 from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES, signed
@@ -158,8 +158,6 @@ CHOICE_MARGIN = 3
 #: The entry below the names.
 ALL = "All side by side"
 
-Array = NDArray[np.float64]
-
 
 class VideoPanel(PictureView):
     """The frame of a video at the cursor, and its number and time below.
@@ -195,7 +193,7 @@ class VideoPanel(PictureView):
 
     def _reset(self) -> None:
         """Reset all that is known of a video."""
-        self._times: Array | None = None
+        self._times: Real | None = None
         self._period = 0.0
         self.shown_index = self._requested = -1
         self._sharp = True
@@ -362,7 +360,7 @@ class VideoPanel(PictureView):
 
     # The decoder
 
-    def _opened(self, times: Array) -> None:
+    def _opened(self, times: Real) -> None:
         self._times = times
         self._period = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
         self.shown_index = self._requested = -1
