@@ -410,7 +410,7 @@ class TableReader:
         labels = (roles.label, *roles.authors)
         #: Further columns of stamps, which at most tell recordings apart: of those with a stamp for
         #: each row the first blocks are enough.
-        self._spare = {
+        self._further_stamps = {
             i for i in self._words if layout.kinds[i] is CellType.STAMP and i not in labels
         }
         self._blocks: dict[int, list[NDArray[np.float64]]] = {
@@ -433,7 +433,7 @@ class TableReader:
         for index, column in columns.items():
             if index in self._words:
                 words = self._words[index]
-                if index not in self._spare or words.number <= _MOST_PARTS:
+                if index not in self._further_stamps or words.word_count <= _MOST_PARTS:
                     words.read(_as_cells(column))
                 continue
             try:

@@ -53,7 +53,7 @@ class TextColumn:
         self.words: list[str] = []
 
     @property
-    def number(self) -> int:
+    def word_count(self) -> int:
         """How many different words it has so far."""
         return len(self._index)
 
