@@ -419,6 +419,8 @@ def _labels(
     contents: dict[Path, Any] = {}
     items: list[Any] = []
     convert, join = format_.convert, format_.join
+    suffixes = [suffix for suffix, _ in format_.beside] + [format_.suffix] * (join is None)
+    _check_free([out / f"{p.stem}{suffix}" for p in parts for suffix in suffixes], replacing)
     assert convert is not None  # archives are written by _archive
     for done, part in enumerate(parts):
         file = out / f"{part.stem}{format_.suffix}"
@@ -435,9 +437,9 @@ def _labels(
         (stem,) = file_names([project.path.resolve().stem])
         files = join(project, items)
         contents = {out / f"{stem}{suffix}": text for suffix, text in files.items()}
+        _check_free(contents, replacing)
     for suffix, make in format_.beside:
         contents |= {out / f"{part.stem}{suffix}": make(part) for part in parts}
-    _check_free(contents, replacing)
     # All were made before: what a format cannot hold leaves no half of an export.
     with output_folder(out, [project.path]):
         for done, (file, content) in enumerate(contents.items()):

@@ -329,3 +329,17 @@ def test_a_format_is_written_once_it_is_registered(project, tmp_path, monkeypatc
     assert sorted(path.read_text() for path in out.glob("* - *.count")) == ["1", "1"]
     with pytest.raises(InputError, match="There is no format 'cuont'; did you mean 'count'"):
         export(project, "cuont")
+
+
+def test_files_that_are_there_are_told_before_the_work(project, monkeypatch):
+    made = []
+    kind = ExportFormat("Counts", "demonstration", lambda part: made.append(part) or b"1")
+    beside = replace(kind, suffix=".count", beside=((".more", lambda _: b"2"),))
+    monkeypatch.setitem(FORMATS, "count", beside)
+    written = export(project, "count")
+    for file in (written, written.with_suffix(".more")):
+        file.rename(kept := file.with_suffix(".kept"))
+        with pytest.raises(InputError, match="already; choose an empty folder"):
+            export(project, "count", replacing=False)
+        kept.rename(file)
+    assert len(made) == 1
