@@ -96,26 +96,36 @@ REACH = 5.7
 
 
 @dataclass(frozen=True)
-class Peer:
-    """A library that transforms with a Morlet wavelet."""
+class Library:
+    """A library that is measured beside ours, here or by the benchmarks for developers."""
 
     name: str
     module: str  # which is imported
-    #: Takes channels, shape (c, n), and scales in samples (rising, equally spaced in octaves);
-    #: gives coefficients, shape (c, k, n), but for a factor of each scale.
-    transform: Callable[[Real, Real], Complex]
-    setting: str = "as it comes"  # how it is called
 
     @property
     def installed(self) -> bool:
         return find_spec(self.module) is not None
 
-    def coefficients(self, x: Real, scales: Real) -> Complex:
+    def check(self) -> None:
+        """Raise an `InputError` if it is not installed."""
         if not self.installed:
             raise InputError(
                 f"{self.name} is not installed ({self.module}); pip install 'forcelab[peers]' has "
                 f"it."
             )
+
+
+@dataclass(frozen=True)
+class Peer(Library):
+    """A library that transforms with a Morlet wavelet."""
+
+    #: Takes channels, shape (c, n), and scales in samples (rising, equally spaced in octaves);
+    #: gives coefficients, shape (c, k, n), but for a factor of each scale.
+    transform: Callable[[Real, Real], Complex]
+    setting: str = "as it comes"  # how it is called
+
+    def coefficients(self, x: Real, scales: Real) -> Complex:
+        self.check()
         try:
             return self.transform(x, scales)
         except ImportError as error:

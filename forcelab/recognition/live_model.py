@@ -98,8 +98,14 @@ class LiveModel:
 
     def plain(self) -> dict[str, Any]:
         """Numbers, lists and arrays for :meth:`from_plain`."""
-        plain = {"windows": list(self.windows.windows), "classifier": self.classifier.plain()}
-        return vars(self.windows) | plain
+        windows = self.windows
+        return {
+            "windows": list(windows.windows),
+            "look": windows.look,
+            "usual": windows.usual,
+            "own": windows.own,
+            "classifier": self.classifier.plain(),
+        }
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any], channels: int, actions: int) -> LiveModel:

@@ -644,6 +644,8 @@ def overlay_segments(human: Segments, predicted: Segments, actions: Sequence[str
     codes = np.array([number[s.action] for s in both], dtype=np.int64)
     track = np.repeat([0, 1], [len(human), len(predicted)])
     starts, ends = places.reshape(-1, 2).T
+    # Of segments that overlap all the same, as in a damaged run, the later one counts.
+    np.minimum(ends[:-1], starts[1:], out=ends[:-1], where=track[:-1] == track[1:])
     steps = np.zeros((2, len(ticks)), dtype=np.int64)
     np.add.at(steps, (track, starts), codes)
     np.subtract.at(steps, (track, ends), codes)

@@ -9,10 +9,10 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 from factories import cached_project, write_opencv_video
-from PySide6.QtCore import QEvent, QModelIndex, QPoint, Qt
+from PySide6.QtCore import QEvent, QModelIndex, QPoint, Qt, QTimer
 from PySide6.QtGui import QAction, QHelpEvent, QImage
 from PySide6.QtTest import QAbstractItemModelTester, QTest
-from PySide6.QtWidgets import QInputDialog, QLabel, QPushButton
+from PySide6.QtWidgets import QApplication, QInputDialog, QLabel, QPushButton
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui import demonstration_menu, demonstration_painter, theme
@@ -27,6 +27,7 @@ from forcelab.gui.demonstration_model import (
 )
 from forcelab.gui.document import Document
 from forcelab.gui.removal_dialog import Removal, removal_of
+from forcelab.gui.text import confirm
 from forcelab.gui.widgets import ElidedLabel
 from forcelab.labels import Segment, Track
 from forcelab.project import DemonstrationInfo, NewDemonstration, Project
@@ -618,6 +619,12 @@ def test_what_was_imported_by_mistake_is_removed(listing, document, messages):
     assert listing.menu.remove({id_: heads})
     assert document.id == ""
     assert shown(listing)["stylus"] == ["pen-10"]
+
+
+@pytest.mark.parametrize("key", [Qt.Key.Key_Return, Qt.Key.Key_Escape])
+def test_neither_enter_nor_escape_does_what_cannot_be_undone(app, key):
+    QTimer.singleShot(0, app, lambda: QTest.keyClick(QApplication.activeModalWidget(), key))
+    assert not confirm(None, "Remove video", "Remove it?", "For good.", "Remove")
 
 
 def test_several_are_removed_at_once_or_none_of_them(listing, document, messages, monkeypatch):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,6 +23,14 @@ from tests.benchmarks import swapped as benchmark
 from tests.benchmarks.label_next import measuring_next
 from tests.benchmarks.realism import PUBLISHED, realism, simulated_beside
 from tests.benchmarks.swapped import measuring_swapped, swapped
+
+
+@pytest.mark.parametrize(
+    "name", sorted(path.stem for path in Path(label_next.__file__).parent.glob("*.py"))
+)
+def test_every_benchmark_finds_what_it_measures(name):
+    import_module(f"tests.benchmarks.{name}")
+
 
 #: What is further apart than a factor of two; the guide tells why.
 APART = {

@@ -642,3 +642,16 @@ def test_two_tracks_are_scored_without_a_recording():
     assert score_tracks((), predicted).accuracy is None
     with pytest.raises(InputError, match="'hold' is not among the actions grab"):
         score_tracks(human, predicted, ["grab"])
+
+
+def test_where_segments_of_a_damaged_run_overlap_the_later_one_counts():
+    human = (Segment(0, 2, "grab"), Segment(2, 4, "hold"))
+    overlapping = (Segment(0, 3, "hold"), Segment(1, 4, "hold"))
+    for damaged, sound in (
+        (overlapping, (Segment(0, 4, "hold"),)),
+        (
+            (Segment(0, 3, "grab"), Segment(1, 4, "hold")),
+            (Segment(0, 1, "grab"), Segment(1, 4, "hold")),
+        ),
+    ):
+        assert score_tracks(human, damaged) == score_tracks(human, sound)

@@ -29,6 +29,7 @@ from forcelab.gui.figures.tracks import LabelStyle, Legend, styles_in_order
 from forcelab.gui.file_dialogs import export_picture
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.kit import text_size
+from forcelab.gui.label.swatches import style_of
 from forcelab.gui.layout import PageOrPlaceholder, fill_layout, page_layout, search_field
 from forcelab.gui.review.pair_entries import (
     ExtraRows,
@@ -55,7 +56,7 @@ class ActionStyles(dict[str, LabelStyle]):
     """Looks of actions; grey where an action is not known."""
 
     def __missing__(self, action: str) -> LabelStyle:
-        return LabelStyle("", QColor(colours().muted))
+        return style_of(Vocabulary(), action)
 
 
 ROWS_SETTING, ORDER_SETTING = "review/pairs/rows", "review/pairs/order"

@@ -514,8 +514,9 @@ class TradeoffView(QWidget):
             error, time = ERRORS[self.error.currentIndex()], TIMES[self.time.currentIndex()]
             title = f"Accuracy and speed: {task_text(controller.task)}"
             figure = Tradeoff(Table(title, error.title, time.title, tuple(self._drawn.values())))
-            asked = self, "Save accuracy and speed", "tradeoff.svg"
-            export_picture(figure, *asked, controller.document, controller.trainer.jobs)
+            document, jobs = controller.document, controller.trainer.jobs
+            title = "Save accuracy and speed"
+            export_picture(figure, self, title, "tradeoff.svg", document, jobs)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)

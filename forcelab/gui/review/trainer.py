@@ -64,8 +64,9 @@ def default_author(document: Document, tasks: set[str | None]) -> str | None:
         begun.update(seconds.keys())
         for author, labelled in seconds.items():
             others = (s for a, s in seconds.items() if a != author)
-            complete[author] += labelled >= COMPLETE_SHARE * max(others, default=info.duration)
-    count = +complete or begun
+            if labelled >= COMPLETE_SHARE * max(others, default=info.duration):
+                complete[author] += 1
+    count = complete or begun
     if not count:
         return None
     most, number = min(count.items(), key=lambda item: (-item[1], item[0]))

@@ -89,7 +89,7 @@ def perform_job(
     )
     start = np.zeros((len(system.names), len(played)))
     for lane, play in enumerate(played):
-        start[: system.dof, lane] = list(play.start.values())
+        start[: system.dof, lane] = [play.start[name] for name in system.layout.coordinates]
     # The last step of a lane is cut short only after its end, whether it is the longest or not.
     times = np.arange(0.0, max(play.t for play in played) + AFTERWARDS, 1.0 / RATE)
     solution = yield from integrating(system, start, times, SOLVER)

@@ -14,8 +14,9 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui import settings, theme
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.label.swatches import style_of
 from forcelab.gui.review import pairs, pairs_list
-from forcelab.gui.review.pairs import TRACKS_JOB, PairsView
+from forcelab.gui.review.pairs import TRACKS_JOB, ActionStyles, PairsView
 from forcelab.gui.review.pairs_list import hit_tooltip
 from forcelab.gui.review.reviewed_run import with_keys
 from forcelab.label_map import MergeMap
@@ -568,6 +569,10 @@ def test_nothing_is_made_for_a_hidden_view(shown, study):
 
 
 # Export
+
+
+def test_an_action_that_is_not_known_has_the_grey_that_it_has_on_its_track(app):
+    assert ActionStyles()["unheard of"] == style_of(Vocabulary(), "unheard of")
 
 
 def test_the_export_has_the_pairs_that_are_shown(shown):
