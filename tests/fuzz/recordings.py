@@ -2,7 +2,8 @@
 
 Run by hand: ``python tests/fuzz/recordings.py parquet --count 5000 --seed 0``; or excel, xdf, c3d,
 tdms, numpy_arrays, hdf5 or matlab. Files that are read in a process of their own are read in that
-of the case here, so that what they do to it can be seen.
+of the case here, so that what they do to it can be seen: HDF5's and SciPy's libraries in C end or
+hold it up for a few mutations in a thousand, of which the command says in a sentence.
 """
 
 import os
