@@ -332,6 +332,7 @@ def write_video(path: Path, codec, times, options=None, size=(VIDEO_WIDTH, VIDEO
         stream.width, stream.height = size
         stream.pix_fmt = "yuv420p"
         stream.options = options or {}
+        stream.codec_context.thread_count = 1  # those of libvpx spin, for minutes on a busy machine
         stream.codec_context.time_base = VIDEO_TIME_BASE
         stream.time_base = VIDEO_TIME_BASE
         for number, time in enumerate(times):
