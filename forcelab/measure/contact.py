@@ -14,13 +14,14 @@ from functools import partial
 
 import numpy as np
 
+from forcelab.arrays import Real
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.measure.rows import Judgement, Row, Table, timed_row, with_front
 from forcelab.measure.timing import Method, Timed, timed_methods
 from forcelab.simulation.hand import KNOT_STEP, Trajectory, minimum_jerk, tremor
 from forcelab.simulation.mechanics import Layout, Mechanics
-from forcelab.simulation.scene import Arm, Array, Body, Ground, Holder, Jaws, Scene, Socket
+from forcelab.simulation.scene import Arm, Body, Ground, Holder, Jaws, Scene, Socket
 from forcelab.simulation.solvers import Solution, Solver, SolverName, integrate
 from forcelab.text import counted
 
@@ -35,10 +36,10 @@ TREMOR = 5e-5
 @dataclass(frozen=True)
 class Problem:
     system: Mechanics
-    start: Array  # (s, b), states at the first time
-    times: Array  # (n,), at which the forces are compared, s, evenly spaced, n >= 2
+    start: Real  # (s, b), states at the first time
+    times: Real  # (n,), at which the forces are compared, s, evenly spaced, n >= 2
     #: From `times` and states of shape (n, s, b) to forces of shape (n, c, b), N.
-    forces: Callable[[Array, Array], Array]
+    forces: Callable[[Real, Real], Real]
 
     @property
     def simulated(self) -> float:
@@ -94,7 +95,7 @@ def _problem(
         initial[system.names.index(name)] = value
     alone = [system.lane(lane) for lane in range(lanes)]
 
-    def forces(times: Array, states: Array) -> Array:
+    def forces(times: Real, states: Real) -> Real:
         return np.stack(
             [lane.sensor_forces(times, states[:, :, i].T).T for i, lane in enumerate(alone)], axis=2
         )
@@ -109,7 +110,7 @@ def _hand(
     reaches: Mapping[str, Reaches],
     late: float,
     rng: np.random.Generator,
-) -> Array:
+) -> Real:
     """What the hand commands at the knots, everything `late` seconds later, without any tap."""
     knots = np.arange(0.0, DURATION + KNOT_STEP / 2, KNOT_STEP)
     columns = []
@@ -196,7 +197,7 @@ class _Reference:
     """The forces of a case as well as they are known, or why they are not."""
 
     words: str
-    forces: Array
+    forces: Real
     accuracy: float  # the distance of two independent methods, N rms
     refusal: str = ""
 
@@ -269,7 +270,7 @@ def _solve(problem: Problem, solver: Solver) -> Solution:
     return integrate(problem.system, problem.start, problem.times, solver)
 
 
-def _forces(problem: Problem, solution: Solution) -> Array:
+def _forces(problem: Problem, solution: Solution) -> Real:
     """The forces of a solution; one that has run away is refused."""
     forces = problem.forces(problem.times, solution.states)
     if not np.isfinite(forces).all():
@@ -277,7 +278,7 @@ def _forces(problem: Problem, solution: Solution) -> Array:
     return forces
 
 
-def _rms(differences: Array) -> float:
+def _rms(differences: Real) -> float:
     """The largest root mean square over time of any force of any lane."""
     return float(np.sqrt((differences**2).mean(axis=0)).max())
 

@@ -13,8 +13,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from forcelab.arrays import Real
 from forcelab.labels import Segment, Segments, Track
-from forcelab.simulation.scene import Array, Performance
+from forcelab.simulation.scene import Performance
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,7 +153,7 @@ def code(performance: Performance, coder: Coder, rng: np.random.Generator) -> Co
     )
 
 
-def _names(actions: Segments, coder: Coder, luck: Array) -> list[str | None]:
+def _names(actions: Segments, coder: Coder, luck: Real) -> list[str | None]:
     """What the coder calls each action, None where it is overlooked; `luck` (n, 2) is uniform."""
     around = [None, *(action.action for action in actions), None]
     names: list[str | None] = []
@@ -188,8 +189,8 @@ def _habits(
 
 
 def _perceived_edges(
-    performance: Performance, edges: Array, coder: Coder, rng: np.random.Generator
-) -> Array:
+    performance: Performance, edges: Real, coder: Coder, rng: np.random.Generator
+) -> Real:
     """Where the coder sees the edges (m,): in the same order, the first and the last unmoved."""
     starting = {action.start: action.action for action in performance.actions}
     late = [coder.lag + coder.starts.get(starting.get(edge, ""), 0.0) for edge in edges.tolist()]
@@ -201,7 +202,7 @@ def _perceived_edges(
     return perceived
 
 
-def _sharpness(performance: Performance, edges: Array) -> Array:
+def _sharpness(performance: Performance, edges: Real) -> Real:
     """How suddenly the forces change around each edge (m,): 1 as in a jump, near 0 on a ramp.
 
     It is the largest change within :data:`SUDDEN` over all that changes within

@@ -7,15 +7,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from forcelab.simulation.scene import Array
+from forcelab.arrays import Real
 
 #: Bristles bent to this share of what they bear begin to yield.
 YIELD = 0.7
 
 
 def hunt_crossley(
-    depth: Array, rate: Array, stiffness: Array, damping: Array, exponent: Array | None = None
-) -> Array:
+    depth: Real, rate: Real, stiffness: Real, damping: Real, exponent: Real | None = None
+) -> Real:
     """Normal force ``K d^n (1 + lambda d')`` where ``d > 0``, never below zero.
 
     The damping grows with the depth, so that the force is continuous when contact is made and
@@ -33,13 +33,13 @@ def hunt_crossley(
     return stiffness * overlap * np.maximum(1.0 + damping * rate, 0.0)
 
 
-def hunt_crossley_energy(depth: Array, stiffness: Array, exponent: Array | None = None) -> Array:
+def hunt_crossley_energy(depth: Real, stiffness: Real, exponent: Real | None = None) -> Real:
     """Energy stored in the contact: ``K d^(n+1) / (n+1)``."""
     n = 1.0 if exponent is None else exponent
     return stiffness * np.maximum(depth, 0.0) ** (n + 1.0) / (n + 1.0)
 
 
-def kelvin_voigt(depth: Array, rate: Array, stiffness: Array, damping: Array) -> Array:
+def kelvin_voigt(depth: Real, rate: Real, stiffness: Real, damping: Real) -> Real:
     """Force ``K d + c d'`` of a spring beside a dashpot where ``d > 0``, never below zero.
 
     Jumps by ``c d'`` when contact is made. K in N/m, c in N s/m.
@@ -47,13 +47,13 @@ def kelvin_voigt(depth: Array, rate: Array, stiffness: Array, damping: Array) ->
     return np.where(depth > 0.0, np.maximum(stiffness * depth + damping * rate, 0.0), 0.0)
 
 
-def bristle_limit(speed: Array, static: Array, kinetic: Array, stribeck: Array) -> Array:
+def bristle_limit(speed: Real, static: Real, kinetic: Real, stribeck: Real) -> Real:
     """Stribeck's curve: the coefficient of friction in steady motion at `speed` (m/s)."""
     share = speed / stribeck
     return kinetic + (static - kinetic) * np.exp(-share * share)
 
 
-def bristle_rate(velocity: Array, bristle: Array, stiffness: Array, limit: Array) -> Array:
+def bristle_rate(velocity: Real, bristle: Real, stiffness: Real, limit: Real) -> Real:
     """How fast the bristles of :func:`lugre` bend, m/s: as the surfaces move, until they yield.
 
     ``z' = v - Y s0 |v| z / g(v)`` while v bends them further, and v while it lets them go. Y grows
@@ -77,31 +77,31 @@ def bristle_rate(velocity: Array, bristle: Array, stiffness: Array, limit: Array
     return velocity - yields * bristle
 
 
-def dot(first: Array, second: Array) -> Array:
+def dot(first: Real, second: Real) -> Real:
     """Products of vectors along one or two axes, the first of the arrays."""
     products = first * second
     # For so few axes, numpy's own sums cost more than all the rest.
-    product: Array = products[0] + products[1] if len(products) == 2 else products[0]
+    product: Real = products[0] + products[1] if len(products) == 2 else products[0]
     return product
 
 
-def length(vector: Array) -> Array:
+def length(vector: Real) -> Real:
     """Lengths of vectors along one or two axes, the first of the array."""
     if len(vector) == 2:
-        long: Array = np.hypot(vector[0], vector[1])
+        long: Real = np.hypot(vector[0], vector[1])
         return long
     return np.abs(vector[0])
 
 
 def lugre(
-    normal: Array,
-    velocity: Array,
-    bristle: Array,
-    rate: Array,
-    stiffness: Array,
-    damping: Array,
-    viscous: Array,
-) -> Array:
+    normal: Real,
+    velocity: Real,
+    bristle: Real,
+    rate: Real,
+    stiffness: Real,
+    damping: Real,
+    viscous: Real,
+) -> Real:
     """Friction ``N (s0 z + s1 z' + s2 v)`` of bristles bent by z: the LuGre model.
 
     At rest the bristles are a spring, so that a body sticks, with an elastic give of up to
@@ -127,7 +127,7 @@ def lugre(
     return normal * (stiffness * bristle + damping * rate + viscous * velocity)
 
 
-def snap(depth: Array, force: Array, place: Array, width: Array) -> Array:
+def snap(depth: Real, force: Real, place: Real, width: Real) -> Real:
     """Force along the depth of a bump that has to be pushed across: a snap-fit.
 
     It is minus the slope of ``A w exp((1 - u^2) / 2)``, with ``u = (d - place) / w``: up to A
@@ -140,7 +140,7 @@ def snap(depth: Array, force: Array, place: Array, width: Array) -> Array:
     return force * u * np.exp(0.5 - 0.5 * u * u)
 
 
-def snap_energy(depth: Array, force: Array, place: Array, width: Array) -> Array:
+def snap_energy(depth: Real, force: Real, place: Real, width: Real) -> Real:
     """Energy stored while crossing the bump of :func:`snap`."""
     u = (depth - place) / width
     return force * width * np.exp(0.5 - 0.5 * u * u)

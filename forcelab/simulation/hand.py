@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from forcelab.simulation.scene import Array
+from forcelab.arrays import Real
 
 #: Distance of the splines' knots, s: a sixteenth of the period of the fastest tremor and less than
 #: a quarter of the fastest tap.
 KNOT_STEP = 5e-3
 
 
-def minimum_jerk(times: Array, start: float, duration: float | Array) -> Array:
+def minimum_jerk(times: Real, start: float, duration: float | Real) -> Real:
     """How far a reach is after `times`, from 0 to 1: ``10 u^3 - 15 u^4 + 6 u^5``.
 
     T. Flash, N. Hogan, "The coordination of arm movements: an experimentally confirmed
@@ -25,13 +25,13 @@ def minimum_jerk(times: Array, start: float, duration: float | Array) -> Array:
     return reach(np.clip((times - start) / duration, 0.0, 1.0))
 
 
-def reach(share: Array) -> Array:
+def reach(share: Real) -> Real:
     """How far a reach is after a share of its time, both from 0 to 1."""
     u = share
     return u * u * u * (10.0 - 15.0 * u + 6.0 * u * u)
 
 
-def tremor(times: Array, rng: np.random.Generator) -> Array:
+def tremor(times: Real, rng: np.random.Generator) -> Real:
     """Physiological tremor of unit variance between 8 and 12 Hz: a few beating tones."""
     tones = 6
     frequencies = rng.uniform(8.0, 12.0, tones)
@@ -40,7 +40,7 @@ def tremor(times: Array, rng: np.random.Generator) -> Array:
     return np.asarray(sum_ * np.sqrt(2.0 / tones))
 
 
-def wander(times: Array, rng: np.random.Generator) -> Array:
+def wander(times: Real, rng: np.random.Generator) -> Real:
     """Slow wandering of unit variance with a spectrum that falls off beyond 1 Hz."""
     tones = 24
     frequencies = np.geomspace(0.05, 3.0, tones)
@@ -56,12 +56,12 @@ class Trajectory:
 
     #: (k, m, 4, c), of the cubics of k splines between their knots, highest power first, one for
     #: each of c commands. After the last knot the last cubic goes on.
-    coefficients: Array
+    coefficients: Real
     #: (b,), which spline each lane follows: lanes may share one, which is not copied then.
     lanes: NDArray[np.intp]
 
     @classmethod
-    def through(cls, values: Sequence[Array]) -> Trajectory:
+    def through(cls, values: Sequence[Real]) -> Trajectory:
         """Commands through values at the knots.
 
         `values` (m_i + 1, c): one for each lane; the shorter ones hold their last value, from where
@@ -82,7 +82,7 @@ class Trajectory:
         """The commands of some lanes; one may be taken more than once."""
         return Trajectory(self.coefficients, self.lanes[lanes])
 
-    def driving(self, stiffness: Array, damping: Array) -> Trajectory:
+    def driving(self, stiffness: Real, damping: Real) -> Trajectory:
         """The commands as the forces ``k c + b c'`` with which springs and dampers drive.
 
         `stiffness`, `damping` (c, b): k and b of each command and lane.
@@ -93,7 +93,7 @@ class Trajectory:
         k, b = stiffness.T[:, None, None], damping.T[:, None, None]
         return Trajectory(k * cubic + b * slope, np.arange(len(self.lanes)))
 
-    def at(self, times: Array) -> Array:
+    def at(self, times: Real) -> Real:
         """The commands at some instants, shape (c, b).
 
         `times` (b,): one for each lane, from 0 on; any number of times where there is one lane

@@ -28,9 +28,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.arrays import Real
 from forcelab.simulation import contact
 from forcelab.simulation.hand import Trajectory, reach
-from forcelab.simulation.scene import Array, Axis, Jaws, Scene
+from forcelab.simulation.scene import Axis, Jaws, Scene
 
 
 def stack_numbers(parts: Sequence[Any]) -> SimpleNamespace:
@@ -141,17 +142,17 @@ class Width(NamedTuple):
 
     #: half and slope: (2, n), half width (m) that the left and the right jaw see, and how it
     #: changes along z.
-    half: Array
-    slope: Array
+    half: Real
+    slope: Real
     #: rest and rest_slope: (n,), how much of the body is left for the jaws to press on, from 1 to
     #: 0, and how that changes along z, 1/m.
-    rest: Array
-    rest_slope: Array
+    rest: Real
+    rest_slope: Real
     #: (n,), how far the jaws are from the tip, m; beyond it, where it is negative, nothing is left.
-    tip: Array
+    tip: Real
 
 
-def width_at(up: Array, half_width: Array, profile: SimpleNamespace) -> Width:
+def width_at(up: Real, half_width: Real, profile: SimpleNamespace) -> Width:
     """Width at the height of the jaws.
 
     ``(w0 + (1 -+ lopsided) (waviness w0 sin(2 pi up / wavelength) + rim R(up))) rest(up)``, where
@@ -177,7 +178,7 @@ def width_at(up: Array, half_width: Array, profile: SimpleNamespace) -> Width:
     return Width(full * rest, slope, rest, -gone_slope, profile.taper - over)
 
 
-def _step(along: Array, length: Array) -> tuple[Array, Array]:
+def _step(along: Real, length: Real) -> tuple[Real, Real]:
     """A smooth step from 0 to 1 over a length, and its slope."""
     u = np.maximum(along / length, 0.0)
     np.minimum(u, 1.0, out=u)
@@ -189,7 +190,7 @@ def _step(along: Array, length: Array) -> tuple[Array, Array]:
 TYPICAL_GRIP = 10.0
 
 
-def hand_numbers(layout: Layout, numbers: SimpleNamespace) -> tuple[Array, Array, Array]:
+def hand_numbers(layout: Layout, numbers: SimpleNamespace) -> tuple[Real, Real, Real]:
     """Stiffness and damping of the driven coordinates, and the mass of all.
 
     `numbers`: the numbers of the scenes, from `stack_numbers`. Gives `stiffness`, `damping`
@@ -212,7 +213,7 @@ def hand_numbers(layout: Layout, numbers: SimpleNamespace) -> tuple[Array, Array
     return np.stack(stiffness), np.stack(damping), np.stack([*mass, *passive])
 
 
-def state_scales(layout: Layout, numbers: SimpleNamespace) -> Array:
+def state_scales(layout: Layout, numbers: SimpleNamespace) -> Real:
     """The change of each state that moves a force by about one newton.
 
     `numbers`: the numbers of the scenes, from `stack_numbers`. Gives (s, b): ``1 / k`` for a
@@ -223,7 +224,7 @@ def state_scales(layout: Layout, numbers: SimpleNamespace) -> Array:
     n = p.body.exponent
     grip = n * p.body.stiffness ** (1.0 / n) * TYPICAL_GRIP ** (1.0 - 1.0 / n)
     mass = dict(zip(layout.coordinates, hand_numbers(layout, p)[2], strict=True))
-    stiff: dict[str, Array] = {"left jaw": grip, "right jaw": grip, "body x": 2.0 * grip}
+    stiff: dict[str, Real] = {"left jaw": grip, "right jaw": grip, "body x": 2.0 * grip}
     if layout.rubbing:
         pads = (p.arm or p.thread).pads.stiffness * TYPICAL_GRIP
     for axis in layout.axes:
@@ -279,12 +280,12 @@ def event_meanings(layout: Layout) -> tuple[tuple[str, str], ...]:
     return tuple(names)
 
 
-def friction_limit(velocity: Array, pads: SimpleNamespace) -> Array:
+def friction_limit(velocity: Real, pads: SimpleNamespace) -> Real:
     """The coefficient of friction that bristles can bear, (...), at velocities (axes, ...), m/s."""
     return contact.bristle_limit(contact.length(velocity), pads.static, pads.kinetic, pads.stribeck)
 
 
-def slip_margin(bristles: Array, velocity: Array, pads: SimpleNamespace, normal: Array) -> Array:
+def slip_margin(bristles: Real, velocity: Real, pads: SimpleNamespace, normal: Real) -> Real:
     """Above zero where a jaw slips on the body, shape (2, n).
 
     `bristles` (directions, 2, n); `velocity` (directions, n): m/s; `pads` (b,): the numbers of
@@ -293,13 +294,13 @@ def slip_margin(bristles: Array, velocity: Array, pads: SimpleNamespace, normal:
     """
     limit = friction_limit(velocity, pads)
     fade = np.minimum(normal / FAINTEST_GRIP, 1.0)
-    slips: Array = contact.length(bristles) * (pads.stiffness / limit) * fade - SLIP_SHARE
+    slips: Real = contact.length(bristles) * (pads.stiffness / limit) * fade - SLIP_SHARE
     return slips
 
 
 def socket_margins(
-    place: Array, depth: Array, inside: Array, socket: SimpleNamespace
-) -> tuple[Array, Array, Array]:
+    place: Real, depth: Real, inside: Real, socket: SimpleNamespace
+) -> tuple[Real, Real, Real]:
     """Above zero where the body goes into its socket, where it leaves, and where it has snapped in.
 
     `place` (2, n): y and z of the body, m; `depth` (n,): by how much it is pressed into the table,
@@ -343,7 +344,7 @@ class Surfaces:
         self._alone = not layout.ground
         self._shape = max(self._rub, self._slide), len(pads)
 
-    def normal(self, jaws: Array, table: Array | None, walls: Array | None) -> Array:
+    def normal(self, jaws: Real, table: Real | None, walls: Real | None) -> Real:
         """What presses on the surfaces, shape (surfaces, n), from (2, n), (n,) and (n,), N."""
         if self._alone:
             return jaws * self._share
@@ -354,7 +355,7 @@ class Surfaces:
             normal[3] = walls
         return normal
 
-    def beside(self, jaws: Array, table: Array, walls: Array | None) -> Array:
+    def beside(self, jaws: Real, table: Real, walls: Real | None) -> Real:
         """Velocities or bristles of all surfaces, shape (axes, surfaces, n).
 
         `jaws` (axes, 2, n); `table` (axes, n): of no axes where there is none; `walls` (n,).
@@ -368,11 +369,11 @@ class Surfaces:
             result[0, 3] = walls
         return result
 
-    def jaws(self, rows: Array) -> Array:
+    def jaws(self, rows: Real) -> Real:
         """The jaws' part of such an array, shape (axes, 2, n)."""
         return rows[: self._rub, :2]
 
-    def table(self, rows: Array) -> Array:
+    def table(self, rows: Real) -> Real:
         """The table's part of such an array, shape (axes, n)."""
         return rows[: self._slide, 2]
 
@@ -388,12 +389,12 @@ BUMP_REACH = 3.0
 class Table(NamedTuple):
     """The table under the body: how deep it is pressed in, how fast, and the slope there."""
 
-    depth: Array
-    rate: Array
-    slope: Array | None
+    depth: Real
+    rate: Real
+    slope: Real | None
 
 
-def table_under(place: Array, speed: Array, socket: SimpleNamespace | None) -> Table:
+def table_under(place: Real, speed: Real, socket: SimpleNamespace | None) -> Table:
     """Where the body stands relative to the table's surface.
 
     The surface is flat at z = 0 but for the bumps around a socket, between which it lies:
@@ -417,8 +418,8 @@ def table_under(place: Array, speed: Array, socket: SimpleNamespace | None) -> T
 
 
 def sliding_friction(
-    normal: Array, velocity: Array, bristles: Array, pads: SimpleNamespace
-) -> tuple[Array, Array]:
+    normal: Real, velocity: Real, bristles: Real, pads: SimpleNamespace
+) -> tuple[Real, Real]:
     """Friction against a motion along one or more axes that share their bristles' limit.
 
     `normal` (..., n): N; `velocity`, `bristles` (axes, ..., n): m/s and m; `pads` (b,): the numbers
@@ -435,8 +436,8 @@ def sliding_friction(
 
 
 def socket_push(
-    place: Array, speed: Array, inside: Array, socket: SimpleNamespace, damping: Array
-) -> tuple[Array, Array]:
+    place: Real, speed: Real, inside: Real, socket: SimpleNamespace, damping: Real
+) -> tuple[Real, Real]:
     """Forces of the socket on a body that is in it, but for the friction of its walls.
 
     `place`, `speed` (3, n): x, y and z of the body, m, and their rates, m/s; `inside` (n,): 1 where
@@ -472,7 +473,7 @@ def socket_push(
 SIDES = np.array([[1.0], [-1.0]])
 
 
-def _tilts(jaws: Jaws) -> Array:
+def _tilts(jaws: Jaws) -> Real:
     """Rotations, shape (2, 3, 3), from the scene's axes to those of the tilted sensors."""
     turns = []
     for tilt, azimuth in (
@@ -534,9 +535,9 @@ class Mechanics:
         self.scales = state_scales(layout, numbers)
         self.events = event_meanings(layout)
 
-    def rates(self, times: Array, states: Array) -> Array:
+    def rates(self, times: Real, states: Real) -> Real:
         """Derivatives of the states (s, b), each lane at its own time (b,): a new array."""
-        rates: Array = self.evaluate(times, states).rates
+        rates: Real = self.evaluate(times, states).rates
         return rates
 
     def lane(self, number: int) -> Mechanics:
@@ -552,7 +553,7 @@ class Mechanics:
         scenes = [self.scenes[i] for i in lanes]
         return Mechanics(scenes, self.command.subset(lanes), self._drive.subset(lanes))
 
-    def jump(self, event: int, rising: bool, state: Array) -> Array:
+    def jump(self, event: int, rising: bool, state: Real) -> Real:
         """The state (s,) of a lane right after an event: the body enters or leaves the socket."""
         meaning = self.events[event][not rising]
         if meaning not in (ENTERS, LEAVES):
@@ -561,7 +562,7 @@ class Mechanics:
         after[-1] = float(meaning == ENTERS)
         return after
 
-    def watched(self, times: Array, states: Array) -> Array:
+    def watched(self, times: Real, states: Real) -> Real:
         """The event functions, shape (e, b): continuous while no jump happens."""
         instant = self._contacts(states)
         rows = [*instant.depth, instant.touch]
@@ -582,7 +583,7 @@ class Mechanics:
             rows += socket_margins(place, instant.table.depth, inside, self._p.socket)
         return np.stack(rows)
 
-    def evaluate(self, times: Array, states: Array) -> SimpleNamespace:
+    def evaluate(self, times: Real, states: Real) -> SimpleNamespace:
         """Everything at some instants: the rates of the states, and the forces behind them.
 
         `times` (n,): one for each lane, or any number for a system of one lane; `states` (s, n).
@@ -628,7 +629,7 @@ class Mechanics:
         instant.tap = drive[-1]
         return instant
 
-    def sensor_forces(self, times: Array, states: Array) -> Array:
+    def sensor_forces(self, times: Real, states: Real) -> Real:
         """What the sensors' domes feel in a system of one lane.
 
         `times` (n,); `states` (s, n). Gives (6, n): fx, fy, fz of the left sensor, then of the
@@ -650,7 +651,7 @@ class Mechanics:
             forces[:, 1] += instant.widening
         return (_tilts(self.scenes[0].jaws) @ forces).reshape(6, -1)
 
-    def _contacts(self, states: Array) -> SimpleNamespace:
+    def _contacts(self, states: Real) -> SimpleNamespace:
         """How jaws, body and table meet: the first part of :meth:`evaluate`."""
         p, count, d = self._p, self.dof, self._x
         instant = SimpleNamespace()
@@ -673,16 +674,16 @@ class Mechanics:
             instant.table = table_under(place[1:], speed[1:], p.socket)
         return instant
 
-    def _sliding(self, states: Array) -> Array:
+    def _sliding(self, states: Real) -> Real:
         """How fast jaws and body slide past each other, shape (directions, n)."""
         v, d = states[self.dof :], self._x
         if self.layout.thread:
-            turning: Array = (self._p.thread.radius * (v[d - 1] - v[d + 1]))[None]
+            turning: Real = (self._p.thread.radius * (v[d - 1] - v[d + 1]))[None]
             return turning
         return v[2:d] - v[self._along]
 
     def _rub_along(
-        self, instant: SimpleNamespace, states: Array, force: Array, surfaces: Surfaces
+        self, instant: SimpleNamespace, states: Real, force: Real, surfaces: Surfaces
     ) -> None:
         """Friction of jaws, table and socket: the jaws' holds back tongs and wrist."""
         count, d = self.dof, self._x
@@ -711,7 +712,7 @@ class Mechanics:
             instant.rates[-2] = rate[0, 3]
             force[d + 2] -= friction[0, 3]
 
-    def _widen(self, instant: SimpleNamespace, force: Array) -> None:
+    def _widen(self, instant: SimpleNamespace, force: Real) -> None:
         """Push tongs and body apart along z where the body's width varies."""
         body, width = self._p.body, instant.width
         stored = contact.hunt_crossley_energy(instant.depth, body.stiffness, self._exponent)
@@ -720,7 +721,7 @@ class Mechanics:
         force[self._x - 1] += push
         force[-1] -= push
 
-    def _turn(self, instant: SimpleNamespace, states: Array, force: Array) -> None:
+    def _turn(self, instant: SimpleNamespace, states: Real, force: Real) -> None:
         """Turn the cap: the jaws' friction turns it, the thread holds it back."""
         torque = self._p.thread.radius * instant.friction[0].sum(axis=0)
         cap_rate = states[2 * len(force) - 1]
@@ -731,7 +732,7 @@ class Mechanics:
         force[self._x - 1] -= torque
         force[-1] = torque - held[0]
 
-    def _stand(self, instant: SimpleNamespace, states: Array, force: Array) -> None:
+    def _stand(self, instant: SimpleNamespace, states: Real, force: Real) -> None:
         """Table and socket press on the body."""
         p, table = self._p, instant.table
         normal = contact.kelvin_voigt(table.depth, table.rate, p.ground.stiffness, p.ground.damping)

@@ -35,10 +35,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.arrays import Real
 from forcelab.clock import ClockMap
 from forcelab.errors import InputError
 from forcelab.simulation.mechanics import width_at
-from forcelab.simulation.scene import Array, Performance, Profile, Scene, Shape, Socket
+from forcelab.simulation.scene import Performance, Profile, Scene, Shape, Socket
 from forcelab.video.codecs import opencv
 
 #: Seconds over which a frame's forces are averaged, as a camera's shutter does.
@@ -133,27 +134,27 @@ class Canvas:
         self.image = image
         self.zoom = zoom
 
-    def polygon(self, points: Array, fill: Colour, edge: Colour | None = None) -> None:
+    def polygon(self, points: Real, fill: Colour, edge: Colour | None = None) -> None:
         """A filled polygon, shape (n, 2) in pixels, with a line around it where asked for."""
         corners = [_fixed(points)]
         cv2.fillPoly(self.image, corners, fill, cv2.LINE_AA, SHIFT)
         if edge is not None:
             cv2.polylines(self.image, corners, True, edge, self._width(1.0), cv2.LINE_AA, SHIFT)
 
-    def hull(self, points: Array, fill: Colour, edge: Colour) -> None:
+    def hull(self, points: Real, fill: Colour, edge: Colour) -> None:
         """The convex hull of points, shape (n, 2) in pixels."""
         corners = [cv2.convexHull(_fixed(points))]
         cv2.fillPoly(self.image, corners, fill, cv2.LINE_AA, SHIFT)
         cv2.polylines(self.image, corners, True, edge, self._width(1.0), cv2.LINE_AA, SHIFT)
 
-    def line(self, points: Array, paint: Colour, width: float = 1.0) -> None:
+    def line(self, points: Real, paint: Colour, width: float = 1.0) -> None:
         """An open line through points, shape (n, 2) in pixels."""
         corners = [_fixed(points)]
         cv2.polylines(self.image, corners, False, paint, self._width(width), cv2.LINE_AA, SHIFT)
 
     def disc(
         self,
-        centre: Array,
+        centre: Real,
         radii: tuple[float, float],
         fill: Colour,
         edge: Colour | None = None,
@@ -163,7 +164,7 @@ class Canvas:
 
     def capsule(
         self,
-        ends: tuple[Array, Array],
+        ends: tuple[Real, Real],
         radii: tuple[float, float],
         fill: Colour,
         edge: Colour | None = None,
@@ -189,7 +190,7 @@ class Canvas:
         )
         self.polygon(outline, fill, edge)
 
-    def dots(self, centres: Array, radius: float, fill: Colour) -> None:
+    def dots(self, centres: Real, radius: float, fill: Colour) -> None:
         """Small discs of one size, centres of shape (n, 2)."""
         size = max(1, round(radius * (1 << SHIFT)))
         for u, v in _fixed(centres).tolist():
@@ -259,7 +260,7 @@ class Proportions:
         return cls(grip, dome, height - grip + CLEAR, back, foot, height)
 
 
-def drawn_height(up: Array, profile: Profile) -> Array:
+def drawn_height(up: Real, profile: Profile) -> Real:
     """How far above the first grip heights of a stylus are drawn, m: rising and without jumps.
 
     The rim is stretched, for over it the domes go slowly, the tip is shortened, and so is what is
@@ -271,7 +272,7 @@ def drawn_height(up: Array, profile: Profile) -> Array:
     stretched = (STRETCH - 1.0) * np.clip(inner - first, 0.0, last - first)
     shortened = (1.0 - TIP) * np.clip(inner - end, 0.0, None)
     beyond = FREE * np.arcsinh(np.clip(up - tip, 0.0, None) / FREE)
-    drawn: Array = inner + stretched - shortened + beyond
+    drawn: Real = inner + stretched - shortened + beyond
     return drawn
 
 
@@ -341,11 +342,11 @@ class View:
             return float(self.climbed(np.array(z)))
         return LOW * float(np.arcsinh(z / LOW)) if z >= 0 else self.sink * z
 
-    def climbed(self, up: Array) -> Array:
+    def climbed(self, up: Real) -> Real:
         """Where heights along a body in a holder are on the stage, m, above the first grip."""
         return up if self.profile is None else drawn_height(up, self.profile)
 
-    def at(self, x: float, y: float, z: float) -> Array:
+    def at(self, x: float, y: float, z: float) -> Real:
         """Pixel of a place on the stage, shape (2,)."""
         right = self.origin[0] + self.scale * (x + self.depth[0] * y)
         down = self.origin[1] - self.scale * (z - self.depth[1] * y)
@@ -356,11 +357,11 @@ class View:
             down = self.pivot[1] + sin * u + cos * v
         return np.array([right, down])
 
-    def way(self, x: float, y: float, z: float) -> Array:
+    def way(self, x: float, y: float, z: float) -> Real:
         """How far right and down a way on the stage goes, pixels, shape (2,)."""
         return self.at(x, y, z) - self.at(0.0, 0.0, 0.0)
 
-    def path(self, places: list[tuple[float, float, float]]) -> Array:
+    def path(self, places: list[tuple[float, float, float]]) -> Real:
         """Pixels of places on the stage, shape (n, 2)."""
         return np.array([self.at(*place) for place in places])
 
@@ -369,7 +370,7 @@ class View:
         left, top = self.origin
         return replace(self, scale=self.scale * factor, origin=(left * factor, top * factor))
 
-    def tilted(self, tilt: float, pivot: Array) -> View:
+    def tilted(self, tilt: float, pivot: Real) -> View:
         """The same view, turned to the right by an angle about a pixel."""
         return replace(self, tilt=tilt, pivot=(float(pivot[0]), float(pivot[1])))
 
@@ -594,11 +595,11 @@ class Tongs:
                 canvas.line(line, SPARK_EDGE, 3.0 + 3.0 * left)
                 canvas.line(line, SPARK, 1.0 + 3.0 * left)
 
-    def _base(self, side: int) -> Array:
+    def _base(self, side: int) -> Real:
         """Where a dome begins: the middle of its round face on the housing."""
         r = self.sizes.dome
         bulge = (0.95 - FLATTENING * self.pressed[side]) * r
-        base: Array = self.contacts[side] - bulge * self.inward[side] + self.leans[side]
+        base: Real = self.contacts[side] - bulge * self.inward[side] + self.leans[side]
         return base
 
     def _grip(self, canvas: Canvas, *, behind: bool) -> None:
@@ -617,7 +618,7 @@ class Tongs:
             bend = 0.5 * (root + end) + 0.004 * np.sign(knuckle[0]) * round_off
             self._finger(canvas, [root, bend - (0.0, 0.001 * s), end], 0.0042 * s)
 
-    def _arm(self, canvas: Canvas, spine: list[Array]) -> None:
+    def _arm(self, canvas: Canvas, spine: list[Real]) -> None:
         """An arm along three points: down, at the knee, at the hinge."""
         half = 0.0021 * self.view.scale
         foot, knee, top = spine
@@ -627,7 +628,7 @@ class Tongs:
         outline = np.array([foot, knee, top, top, knee, foot]) + np.array(sides)
         canvas.polygon(outline, ARM, ARM_EDGE)
 
-    def _finger(self, canvas: Canvas, joints: list[Array], radius: float) -> None:
+    def _finger(self, canvas: Canvas, joints: list[Real], radius: float) -> None:
         """A finger through three joints."""
         root, bend, tip = joints
         canvas.capsule((root, bend), (1.15 * radius, radius), SKIN, SKIN_EDGE)
@@ -667,7 +668,7 @@ def light(paint: Colour, share: float = 0.35) -> Colour:
     return mix_colours(paint, WHITE, share)
 
 
-def upright(view: View, x: tuple[float, float], y: float, z: tuple[float, float]) -> Array:
+def upright(view: View, x: tuple[float, float], y: float, z: tuple[float, float]) -> Real:
     """Pixels of the corners of a rectangle that faces the viewer, shape (4, 2)."""
     (left, right), (low, high) = x, z
     return view.path([(left, y, low), (right, y, low), (right, y, high), (left, y, high)])
@@ -692,7 +693,7 @@ def box(
 
 
 def cylinder(
-    canvas: Canvas, foot: Array, head: Array, radii: tuple[float, float], paint: Colour
+    canvas: Canvas, foot: Real, head: Real, radii: tuple[float, float], paint: Colour
 ) -> None:
     """An upright cylinder without its top, from pixel to pixel."""
     side, edge = np.array([radii[0], 0.0]), dark(paint)
@@ -703,7 +704,7 @@ def cylinder(
     canvas.line(wall[2:], edge)
 
 
-def stud(canvas: Canvas, view: View, foot: Array, height: float, paint: Colour) -> None:
+def stud(canvas: Canvas, view: View, foot: Real, height: float, paint: Colour) -> None:
     """A LEGO stud that stands on a pixel."""
     radius = 0.0024 * view.scale
     head = foot - (0.0, height * view.scale)
@@ -729,7 +730,7 @@ def _cartridge(scene: Scene, sizes: Proportions, view: View, pose: Pose, canvas:
     half, height = scene.body.half_width, sizes.height
     x, y, z, _ = pose.body
 
-    def face(points: list[tuple[float, float]]) -> Array:
+    def face(points: list[tuple[float, float]]) -> Real:
         """Pixels of places on the front face: shares of half width and height."""
         return view.path([(x + across * half, y, z + up * height) for across, up in points])
 
@@ -747,7 +748,7 @@ def _cartridge(scene: Scene, sizes: Proportions, view: View, pose: Pose, canvas:
 
 
 @lru_cache(maxsize=8)
-def _outline(half: float, profile: Profile, low: float) -> tuple[Array, Array]:
+def _outline(half: float, profile: Profile, low: float) -> tuple[Real, Real]:
     """A stylus from below the first grip to its tip: heights (n,) and half widths (2, n), m."""
     heights = np.linspace(low, profile.end + profile.taper, 180)
     numbers = {name: np.array([number]) for name, number in vars(profile).items()}
@@ -824,7 +825,7 @@ def _block(scene: Scene, sizes: Proportions, view: View, pose: Pose, canvas: Can
     )
     s, foot = view.scale, view.at(x, y, z)
 
-    def reach(heights: Array, side: int) -> Array:
+    def reach(heights: Real, side: int) -> Real:
         """Half width at heights above the lower face, on the left (0) or the right (1)."""
         away = np.abs(heights - grip) - 0.8 * sizes.dome
         press = np.exp(-((np.clip(away, 0.0, None) / (0.9 * sizes.dome)) ** 2))
@@ -1021,7 +1022,7 @@ class Camera:
         """From the file's timestamps to force time; true but for jitter and late frames."""
         return ClockMap(offset=self.offset, rate=1.0 + self.drift)
 
-    def shots(self, duration: float) -> tuple[Array, NDArray[np.intp]]:
+    def shots(self, duration: float) -> tuple[Real, NDArray[np.intp]]:
         """The frames of a force recording.
 
         `duration`: of the force recording, s. Gives `force` (n,): the force time of the instant
@@ -1117,7 +1118,7 @@ class Stage:
         cv2.multiply(part, bright, dst=part, scale=1.0 / 255.0)
 
 
-def render(performance: Performance, path: Path, camera: Camera) -> tuple[Array, NDArray[np.intp]]:
+def render(performance: Performance, path: Path, camera: Camera) -> tuple[Real, NDArray[np.intp]]:
     """Film a performance: 640x360, 30 frames/s, MPEG-4 in an mp4 file.
 
     The file has the even timestamps n / 30 s that OpenCV writes. The same arguments give the same

@@ -13,12 +13,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-import numpy as np
-from numpy.typing import NDArray
-
+from forcelab.arrays import Real
 from forcelab.labels import Segments
 
-Array = NDArray[np.float64]
 Axis = Literal["y", "z"]
 Shape = Literal["brick", "cartridge", "stylus", "marker", "block"]
 
@@ -206,12 +203,12 @@ class Scene:
 class Motion:
     """Where jaws, tongs and body are; what a scene does not have stays zero."""
 
-    times: Array  # (n,), seconds on the force clock, evenly spaced
-    jaws: Array  # (n, 2), distance of the left and the right jaw from the tongs' middle, m
-    tongs: Array  # (n, 3), y (m), z (m) and angle (rad) of the tongs
+    times: Real  # (n,), seconds on the force clock, evenly spaced
+    jaws: Real  # (n, 2), distance of the left and the right jaw from the tongs' middle, m
+    tongs: Real  # (n, 3), y (m), z (m) and angle (rad) of the tongs
     #: (n, 4), x, y, z (m) and angle (rad) of the body; z is that of its lower face above the table.
-    body: Array
-    normal: Array  # (n, 2), force that presses on the left and on the right jaw, N, not negative
+    body: Real
+    normal: Real  # (n, 2), force that presses on the left and on the right jaw, N, not negative
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -230,7 +227,7 @@ class Performance:
     motion: Motion
     #: (n, 6), what the two sensors' domes feel, N: fx, fy, fz of the left one, then of the right
     #: one; fz is normal and negative in compression, fx along y, fy along z.
-    forces: Array
+    forces: Real
     rate: float  # of `forces` and `motion`, Hz; several times that of the recording
     actions: Segments  # what was done when, without gaps
     events: tuple[Event, ...]  # in order of time

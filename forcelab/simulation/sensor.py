@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.signal import butter, lfilter, sosfilt, sosfilt_zi
 
-from forcelab.simulation.scene import Array
+from forcelab.arrays import Real
 
 #: Names of the six channels, left sensor first; all in newtons.
 CHANNELS = ("fx1", "fy1", "fz1", "fx2", "fy2", "fz2")
@@ -35,31 +35,31 @@ class Sensor:
     """The numbers of one device, two 3-axis sensors; the defaults are an ideal typical one."""
 
     #: (6, 6), recorded over true force: gains on the diagonal, cross-talk beside it.
-    response: Array = field(default_factory=lambda: np.eye(6))
+    response: Real = field(default_factory=lambda: np.eye(6))
     #: (6,), counts per newton. Measured: 767.5, 812.5 and 158.6 of the one sensor, 429.8, 467.8 and
     #: 165.9 of the other.
-    counts: Array = field(default_factory=lambda: np.tile([600.0, 640.0, 162.0], 2))
+    counts: Real = field(default_factory=lambda: np.tile([600.0, 640.0, 162.0], 2))
     #: (6,), white noise of a raw sample before rounding, N rms. Measured: 3.1, 2.9, 7.2 and 5.8,
     #: 4.9, 7.6 mN, which is 2.4 to 2.6 counts laterally and 1.2 counts normally.
-    noise: Array = field(default_factory=lambda: np.tile([0.0042, 0.0039, 0.0074], 2))
+    noise: Real = field(default_factory=lambda: np.tile([0.0042, 0.0039, 0.0074], 2))
     #: (6,), reading without force, N. Measured: up to 0.2 N.
-    offset: Array = field(default_factory=lambda: np.zeros(6))
+    offset: Real = field(default_factory=lambda: np.zeros(6))
     #: (6,), how the offset walks, N/sqrt(s). Measured: the spectrum at 0.5 to 2 Hz without contact,
     #: 0.4 to 3.7 mN/sqrt(Hz), is that of a random walk of 2 to 16 mN/sqrt(s).
-    drift: Array = field(default_factory=lambda: np.full(6, 0.006))
+    drift: Real = field(default_factory=lambda: np.full(6, 0.006))
     #: creep and creep_time: Share of the force that comes late, and its time constant in s.
     #: Measured: the zero is 0.06 to 0.1 N off after holding 3 N and comes back in 0.3 to 1.3 s.
     creep: float = 0.033
     creep_time: float = 0.6
     #: (6,), amplitude of the mains' hum, N. Measured: 0.5 to 1.5 mN.
-    hum: Array = field(default_factory=lambda: np.full(6, 0.001))
+    hum: Real = field(default_factory=lambda: np.full(6, 0.001))
     mains: float = 60.0  # its frequency, Hz
     #: Corner of the low-pass, Hz; a choice, below the 500 Hz that 1 kHz can hold. The recordings
     #: show spikes of 3 ms.
     bandwidth: float = 350.0
     #: (6,), the sensor saturates at this force of either sign, N. A choice: now and then reached by
     #: the largest forces that recordings show, 23 N laterally and 29 N normally.
-    limits: Array = field(default_factory=lambda: np.tile([22.0, 22.0, 32.0], 2))
+    limits: Real = field(default_factory=lambda: np.tile([22.0, 22.0, 32.0], 2))
     #: Losses of samples per second; each takes one sample or a few. Measured: 0 to 2.
     losses: float = 0.1
     #: Mean number of samples lost at once, from 1. Measured: 3, at most 14.
@@ -101,13 +101,13 @@ class Sensor:
 class SensorRecord:
     """What is stored of one demonstration."""
 
-    times: Array  # (n,), stamps in seconds from the first sample; a lost sample has none
-    signals: Array  # (n, 6), N, whole counts; columns as in :data:`CHANNELS`
+    times: Real  # (n,), stamps in seconds from the first sample; a lost sample has none
+    signals: Real  # (n, 6), N, whole counts; columns as in :data:`CHANNELS`
     saturated: NDArray[np.bool_]  # (n, 6), where the sensor would have read more than it can
 
 
 def record(
-    forces: Array, rate: float, recording_rate: float, sensor: Sensor, rng: np.random.Generator
+    forces: Real, rate: float, recording_rate: float, sensor: Sensor, rng: np.random.Generator
 ) -> SensorRecord:
     """Record forces: filter, mix, sample, disturb, round to counts, clip, lose a few.
 
@@ -136,7 +136,7 @@ def record(
     )
 
 
-def _creep(forces: Array, rate: float, sensor: Sensor) -> Array:
+def _creep(forces: Real, rate: float, sensor: Sensor) -> Real:
     """Forces of which a share comes late, by an exact first-order lag at the forces' rate."""
     if sensor.creep == 0:
         return forces
@@ -145,7 +145,7 @@ def _creep(forces: Array, rate: float, sensor: Sensor) -> Array:
     return (1.0 - sensor.creep) * forces + sensor.creep * late
 
 
-def _low_pass(forces: Array, rate: float, recording_rate: float, bandwidth: float) -> Array:
+def _low_pass(forces: Real, rate: float, recording_rate: float, bandwidth: float) -> Real:
     """Forces below the corner; before the first sample they were what it is."""
     corner = min(bandwidth, CORNER * recording_rate)
     sections = butter(ORDER, corner, fs=rate, output="sos")
@@ -153,7 +153,7 @@ def _low_pass(forces: Array, rate: float, recording_rate: float, bandwidth: floa
     return sosfilt(sections, forces, axis=0, zi=before)[0]
 
 
-def _disturbances(times: Array, sensor: Sensor, rng: np.random.Generator) -> Array:
+def _disturbances(times: Real, sensor: Sensor, rng: np.random.Generator) -> Real:
     """Offset, drift, hum and noise of each sample, shape (n, 6), N."""
     steps = rng.standard_normal((len(times), 6)) * np.sqrt(times[1])
     steps[0] *= np.sqrt(SINCE_ZERO / times[1])

@@ -23,10 +23,11 @@ import scipy.integrate
 from numpy.typing import NDArray
 from scipy.integrate import DenseOutput
 
+from forcelab.arrays import Real
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.simulation.mechanics import Mechanics
-from forcelab.simulation.scene import Array, Event
+from forcelab.simulation.scene import Event
 
 #: Width in seconds to which a crossing is bracketed.
 _WIDTH = 1e-10
@@ -40,7 +41,7 @@ class StepEvents:
     """How event functions passed through a step, as far as the first event."""
 
     share: float  # of the step, from 0 to 1: just after the first event, or 1 where there is none
-    sides: Array  # (e,), the sides on which the event functions are there
+    sides: Real  # (e,), the sides on which the event functions are there
     #: Event functions that crossed at that instant, and whether they rose.
     happened: tuple[tuple[int, bool], ...]
 
@@ -65,9 +66,9 @@ class EventLocator:
     def first(
         self,
         lane: Mechanics,
-        path: Callable[[Array], tuple[Array, Array]],
+        path: Callable[[Real], tuple[Real, Real]],
         length: float,
-        sides: Array,
+        sides: Real,
     ) -> StepEvents:
         """The first event in a step of one lane, bracketed to a tenth of a nanosecond.
 
@@ -107,8 +108,8 @@ class EventLocator:
 
     @staticmethod
     def after(
-        lane: Mechanics, passage: StepEvents, time: float, state: Array
-    ) -> tuple[Array, Array, Array]:
+        lane: Mechanics, passage: StepEvents, time: float, state: Real
+    ) -> tuple[Real, Real, Real]:
         """The state (s,) right after the events of a passage, its event functions, and their sides.
 
         A jump may move an event function to its other side; one that is zero then comes from where
@@ -120,7 +121,7 @@ class EventLocator:
         return state, values, np.where(values != 0, np.sign(values), passage.sides)
 
 
-def _sides(before: Array, values: Array) -> Array:
+def _sides(before: Real, values: Real) -> Real:
     """The sides along a row of values (e, n), the first of which is where they come from."""
     signs = np.sign(values)
     signs[:, 0] = before
@@ -128,7 +129,7 @@ def _sides(before: Array, values: Array) -> Array:
     return np.take_along_axis(signs, np.maximum.accumulate(number, axis=1), axis=1)
 
 
-def calm_lanes(traces: Array) -> NDArray[np.bool_]:
+def calm_lanes(traces: Real) -> NDArray[np.bool_]:
     """In which lanes no event function can have changed sides within the step, shape (b,).
 
     `traces` (e, looks, b): event functions times their sides, evenly spaced over the step: all but
@@ -170,7 +171,7 @@ class Solver:
 @dataclass(frozen=True)
 class Solution:
     #: (n, s, b), at the sample times; where a sample time is that of a jump, the state before it.
-    states: Array
+    states: Real
     events: tuple[tuple[Event, ...], ...]  # length b, what happened in each lane, in order of time
     steps: NDArray[np.intp]  # (b,), steps tried in each lane, rejected ones included
 
@@ -181,7 +182,7 @@ class SolutionBuilder:
     `start` (s, b); `times` (n,).
     """
 
-    def __init__(self, start: Array, times: Array) -> None:
+    def __init__(self, start: Real, times: Real) -> None:
         lanes = start.shape[1]
         self.times = times
         self.states = np.empty((len(times), *start.shape))
@@ -272,7 +273,7 @@ class _LaneIntegrator:
                 if self.finished:
                     return
 
-    def _start(self, time: float, state: Array) -> None:
+    def _start(self, time: float, state: Real) -> None:
         """Start the method afresh, unless it is at the end."""
         if self.finished:
             return
@@ -292,7 +293,7 @@ class _LaneIntegrator:
                 raise
             raise self._failed_step(time) from None
 
-    def _rates(self, time: float, state: Array) -> Array:
+    def _rates(self, time: float, state: Real) -> Real:
         """The rates of one state (s,) or several (s, n)."""
         columns = state.reshape(len(state), -1)
         rates = self.system.rates(np.full(columns.shape[1], time), columns)
@@ -328,7 +329,7 @@ class _LaneIntegrator:
         if not len(self.sides):
             return StepEvents(1.0, self.sides, ())
 
-        def path(shares: Array) -> tuple[Array, Array]:
+        def path(shares: Real) -> tuple[Real, Real]:
             times = began + shares * (after - began)
             return times, within(times)
 
@@ -348,7 +349,7 @@ class _LaneIntegrator:
             builder.states[first:last, :, lane] = within(builder.times[first:last]).T
             builder.filled[lane] = last
 
-    def _state_after(self, time: float, state: Array, passage: StepEvents) -> Array:
+    def _state_after(self, time: float, state: Real, passage: StepEvents) -> Real:
         """The state right after an event."""
         self.builder.add_events(self.lane, time, self.watch.kinds(passage))
         state, _, self.sides = self.watch.after(self.system, passage, time, state)
@@ -536,7 +537,7 @@ class RosenbrockBatch:
             self._add_events(lane, passage, slot)
         return True
 
-    def _try(self, length: Array, growth: Array) -> tuple[Array, Array]:
+    def _try(self, length: Real, growth: Real) -> tuple[Real, Real]:
         """Try a step of `length` (b,) in every lane.
 
         Returns the times after it and each state's error (s, b). Fills the trial state, and
@@ -561,7 +562,7 @@ class RosenbrockBatch:
         error = self.stages[-1]
         np.add(trial, error, out=trial)
         np.dot(DENSE, flat, out=growth.reshape(len(growth), -1))
-        after: Array = times[-1]
+        after: Real = times[-1]
         return after, error
 
     def _linearise(self) -> None:
@@ -584,7 +585,7 @@ class RosenbrockBatch:
         change = (rates[dof:, 2:] - self.first[dof:, None]) / nudges
         self.slope = np.ascontiguousarray(change.transpose(2, 0, 1))
 
-    def _invert(self, reach: Array) -> None:
+    def _invert(self, reach: Real) -> None:
         """The inverse of ``1 / reach - J``, reach being gamma h.
 
         A position's rate is a velocity: ``u_q = reach (right_q + u_v)`` is put into the other
@@ -604,7 +605,7 @@ class RosenbrockBatch:
         back[:, :dof] = back[:, dof : 2 * dof] * share
         back[:, positions, positions] += share[:, 0]
 
-    def _choose_steps(self, error: Array, good: NDArray[np.bool_]) -> None:
+    def _choose_steps(self, error: Real, good: NDArray[np.bool_]) -> None:
         """The length of each lane's next step; an error that is not a number shrinks it most.
 
         As in Hairer, Norsett and Wanner, *Solving Ordinary Differential Equations I*, section
@@ -618,7 +619,7 @@ class RosenbrockBatch:
         np.minimum(self.step, self.solver.longest, out=self.step)
 
     def _passages(
-        self, slot: int, length: Array, after: Array, good: NDArray[np.bool_]
+        self, slot: int, length: Real, after: Real, good: NDArray[np.bool_]
     ) -> dict[int, StepEvents]:
         """The lanes whose step ends at an event; longer steps into an event are to be retried."""
         count, lanes = self.state.shape
@@ -650,7 +651,7 @@ class RosenbrockBatch:
             self.undecided = bool((self.sides == 0).any())
         return passages
 
-    def _approach(self, lane: int, traces: Array, length: float) -> None:
+    def _approach(self, lane: int, traces: Real, length: float) -> None:
         """Aim a rejected step to just before the first event function that it took across zero.
 
         Where the rates jump at an event, no step across it is accepted unless it is very short.
@@ -667,7 +668,7 @@ class RosenbrockBatch:
         began, state = self.time[lane], self.state[:, lane, None]
         growth = self.growth[slot, :, :, lane]
 
-        def path(shares: Array) -> tuple[Array, Array]:
+        def path(shares: Real) -> tuple[Real, Real]:
             powers = shares ** self.powers[:, None]
             return began + shares * length, state + growth.T @ powers
 
@@ -740,7 +741,7 @@ class RosenbrockBatch:
         )
 
 
-def _inverse(matrices: Array) -> Array:
+def _inverse(matrices: Real) -> Real:
     """Inverses (b, n, n); not numbers where a matrix has none, so that the step is rejected."""
     try:
         return np.asarray(np.linalg.inv(matrices), np.float64)
@@ -749,7 +750,7 @@ def _inverse(matrices: Array) -> Array:
         return np.asarray(np.linalg.inv(matrices), np.float64)
 
 
-def integrate(system: Mechanics, start: Array, times: Array, solver: Solver) -> Solution:
+def integrate(system: Mechanics, start: Real, times: Real, solver: Solver) -> Solution:
     """Follow the motion of every lane and locate its events.
 
     `start` (s, b): states at the first sample time; `times` (n,): sample times, evenly spaced, s.
@@ -758,7 +759,7 @@ def integrate(system: Mechanics, start: Array, times: Array, solver: Solver) -> 
 
 
 def integrating(
-    system: Mechanics, start: Array, times: Array, solver: Solver
+    system: Mechanics, start: Real, times: Real, solver: Solver
 ) -> Generator[Progress, None, Solution]:
     """As :func:`integrate`, as a job whose progress counts the samples of all lanes."""
     builder = SolutionBuilder(start, times)

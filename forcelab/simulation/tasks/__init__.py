@@ -6,10 +6,11 @@ from collections.abc import Generator, Sequence
 
 import numpy as np
 
+from forcelab.arrays import Real
 from forcelab.jobs import Progress, job
 from forcelab.simulation.hand import Trajectory
 from forcelab.simulation.mechanics import Layout, Mechanics
-from forcelab.simulation.scene import TASKS, Array, Event, Motion, Performance, Scene, Task
+from forcelab.simulation.scene import TASKS, Event, Motion, Performance, Scene, Task
 from forcelab.simulation.solvers import Solver, integrating
 from forcelab.simulation.tasks.choreography import AFTERWARDS, Choreography
 from forcelab.simulation.tasks.ground_truth import Course, true_actions
@@ -109,13 +110,13 @@ def perform_job(
 
 
 def _performance(
-    played: Choreography, system: Mechanics, times: Array, states: Array, events: tuple[Event, ...]
+    played: Choreography, system: Mechanics, times: Real, states: Real, events: tuple[Event, ...]
 ) -> Performance:
     """One demonstration from its states, of shape (s, n)."""
     rows = {name: states[row] for row, name in enumerate(Layout.of(played.scene).names)}
     still = np.zeros(len(times))
 
-    def columns(*names: str) -> Array:
+    def columns(*names: str) -> Real:
         return np.stack([rows.get(name, still) for name in names], axis=1)
 
     motion = Motion(

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from forcelab.arrays import Real
 from forcelab.simulation.hand import KNOT_STEP, minimum_jerk, tremor, wander
 from forcelab.simulation.mechanics import Layout
-from forcelab.simulation.scene import Array, Scene
+from forcelab.simulation.scene import Scene
 from forcelab.simulation.tasks.ground_truth import Cue, Phase
 
 #: The hand goes on for this long after the end, s: longer than a solver's longest step.
@@ -112,7 +113,7 @@ class Choreography:
             self.t += TAP_TIME
         return self.t
 
-    def values(self) -> Array:
+    def values(self) -> Real:
         """The commands at the knots, shape (m, c), in the order of `Layout.commands`."""
         times = np.arange(0.0, self.t + AFTERWARDS + KNOT_STEP, KNOT_STEP)
         values = {

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.arrays import Real
 from forcelab.labels import Segment, Segments
-from forcelab.simulation.scene import Array, Event, Motion
+from forcelab.simulation.scene import Event, Motion
 
 #: What it is called when a jaw touches the body, and when it lets go.
 CONTACT_MADE = ("left jaw: contact made", "right jaw: contact made")
@@ -30,9 +31,9 @@ class Course:
     events: tuple[Event, ...]
 
     @property
-    def grip(self) -> Array:
+    def grip(self) -> Real:
         """Mean of the two jaws' normal forces, N."""
-        mean: Array = self.motion.normal.mean(axis=1)
+        mean: Real = self.motion.normal.mean(axis=1)
         return mean
 
     def times_of(self, kinds: Sequence[str], start: float, end: float) -> list[float]:
